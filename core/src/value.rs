@@ -21,7 +21,7 @@ use crate::array::from_fn;
 /// assert_eq!(doubled(&colours).get(2), 4.0);
 /// ```
 pub trait Value<F: Real>: Copy + Debug + PartialEq + Send + Sync {
-    /// The same channels in f64.
+    /// The value in f64.
     type Wide: Value<f64>;
 
     /// The value of so many channels, from the number of each. Channels beyond the most that the type holds are left out.
@@ -33,7 +33,7 @@ pub trait Value<F: Real>: Copy + Debug + PartialEq + Send + Sync {
     /// The number of a channel; NaN of one that there is not.
     fn get(&self, channel: usize) -> F;
 
-    /// The same number in every channel.
+    /// A value with one number in every channel.
     #[inline(always)]
     fn splat(channels: usize, x: F) -> Self {
         Self::from_fn(channels, |_| x)

@@ -147,7 +147,7 @@ pub struct CellSteps<const B: usize> {
 pub struct SolvedSteps {
     /// v of channel after channel.
     solved: Vec<Vec<f64>>,
-    /// Of several channels the sum of all v, each over its size: what events are chosen by.
+    /// The sum of all channels of v, each over its size: what events are chosen by.
     sum: Vec<f64>,
     convergence: Convergence<f64>,
 }

@@ -71,7 +71,7 @@ impl<const C: usize> Equation for Slab<C> {
     }
 }
 
-/// The same with numbers for values.
+/// The slab with numbers for values.
 struct Scalars(Slab<1>);
 impl Space for Scalars {
     type Scalar = f64;

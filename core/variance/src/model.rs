@@ -109,7 +109,7 @@ pub struct Transition {
     /// What stands for k² where the second moment of the step from y is meant, and of what the state after it scores. By roulette
     /// a small weight does not go on for its square.
     pub next: f64,
-    /// The same of all later states.
+    /// What stands for k² in what all later states score.
     pub later: f64,
     /// h(x,y), over the probability to go on.
     pub neighbour: f64,

@@ -111,7 +111,7 @@ pub struct Node {
     pub(crate) parts: [f64; 3],
     /// The parts of E η(k,f)² and w(x) that the step from x makes, with what the next state scores; NaN where infinite.
     pub(crate) next: [f64; 2],
-    /// Those that all later states make.
+    /// The parts that all later states make.
     pub(crate) later: [f64; 2],
 }
 

@@ -120,7 +120,7 @@ where
     }
 }
 
-/// Of u, and of what a last step leaves of it: then a start knows φ F of its point.
+/// A mean of u, and of what a last step leaves of it: then a start knows φ F of its point.
 impl<E, F: Real, const D: usize> Functional<E> for Mean
 where
     E: Equation<Scalar = F, Point = [F; D], Value = F> + OnCube<F, D>,
@@ -131,7 +131,7 @@ where
     }
 }
 
-/// Of u, and of what a last step leaves of it.
+/// A weighted mean of u, and of what a last step leaves of it.
 impl<E, F: Real, const D: usize, W: ScalarField<F, D>> Functional<E> for Weighted<'_, F, D, W>
 where
     E: Equation<Scalar = F, Point = [F; D], Value = F> + OnCube<F, D>,

@@ -16,10 +16,10 @@ use crate::{Cube, CubeError, CubeScores, KernelFactors, KernelFn};
 /// What rules for a kernel K(x, ·) are made for.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum KernelShape {
-    /// It is smooth on both sides of y_a = x_a along every axis.
+    /// Smooth on both sides of y_a = x_a along every axis.
     #[default]
     Smooth,
-    /// It is like |x_a − y_a|^−a along every axis where y comes near to x, with a < 1; a
+    /// Like |x_a − y_a|^−a along every axis where y comes near to x, with a < 1; a
     /// logarithm is like a small a. From a distance of 2⁻⁴⁰ on intervals double, so that the rules converge as fast as
     /// for smooth kernels. Nearer to x the kernel is taken for that power.
     ///
@@ -39,7 +39,7 @@ pub enum KernelShape {
         /// a.
         exponent: f64,
     },
-    /// It jumps or has kinks at places that are not named, in one dimension: intervals are cut in two until
+    /// Jumps or kinks at places that are not named, in one dimension: intervals are cut in two until
     /// the rules of both parts agree with that of the whole to 10⁻¹² of the cell. In several dimensions it is taken for smooth.
     ///
     /// ```

@@ -253,7 +253,7 @@ impl<F: Real, const M: usize> Cells for ColouredRoom<'_, '_, F, M> {
 
 impl<F: Real, const M: usize, const B: usize> Basis<B> for ColouredRoom<'_, '_, F, M> {}
 
-/// Those of the room.
+/// The starts of the room.
 impl<F, E, const M: usize> Stationary<E> for ColouredRoom<'_, '_, F, M>
 where
     F: Real,

@@ -125,7 +125,7 @@ fn of_whole<F: Real, const B: usize>(
     }
 }
 
-/// The same over an interval of the part.
+/// The integrals over an interval of the part.
 fn of_interval<F: Real, const B: usize>(
     panels: &Panels<F>,
     sight: &Sight<F>,

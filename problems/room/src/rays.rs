@@ -53,7 +53,7 @@ pub struct RayControl<'a, F> {
     pub first: &'a [u32],
     /// The stretches, and one more that begins where the tables end.
     pub stretches: &'a [Stretch<F>],
-    /// Of every stretch and channel the sum of what its intervals have, but for those that are near. Where it is something else,
+    /// The sums of what the intervals of every stretch have, of each channel, but for those that are near. Where it is something else,
     /// there is a bias.
     pub integrals: &'a [F],
     /// The intervals of all stretches, directions between two vertices, in which one wall is seen. The next one begins where one ends.

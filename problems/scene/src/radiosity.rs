@@ -399,7 +399,7 @@ impl<F: Real, C> Density for Radiosity<'_, F, C> {
 }
 
 impl<F: Real, C: Tint<F>> Radiosity<'_, F, C> {
-    /// The same number in every channel.
+    /// A value with one number in every channel.
     #[inline(always)]
     pub(crate) fn white(&self, x: F) -> C::Value {
         C::Value::splat(self.tint.channels(), x)

@@ -219,7 +219,7 @@ fn parts_mut<const S: usize>(bytes: &mut [u8]) -> Result<Parts<'_>, StateError> 
     Ok((head, stored, rest))
 }
 
-/// Of all bytes but its own.
+/// The checksum of all bytes but its own.
 fn checksum(head: &[u8; HEAD], rest: &[u8]) -> u32 {
     Checksum::new().bytes(head).bytes(rest).finish()
 }
@@ -334,7 +334,7 @@ where
     sum.finish()
 }
 
-/// With the numbers of all channels.
+/// The checksum with the numbers of all channels.
 fn of_value<V: Value<F>, F: Real>(sum: Checksum, value: &V) -> Checksum {
     (0..value.channels()).fold(sum, |sum, c| sum.word(value.get(c).to_f64().to_bits()))
 }

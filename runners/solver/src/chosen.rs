@@ -64,7 +64,7 @@ pub(crate) fn absorption_text(absorption: Absorption) -> String {
     ending(absorption.probability(), absorption.estimator().word())
 }
 
-/// The same of what a report has.
+/// How walks end, from what a report has.
 pub(crate) fn ending(absorption: Option<f64>, estimator: &str) -> String {
     match absorption {
         None => "roulette".to_owned(),

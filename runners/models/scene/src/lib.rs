@@ -134,7 +134,7 @@ pub struct SceneModel {
     names: Vec<String>,
     scene: Scene,
     light: Light,
-    /// Of the model of the way back, its receivers.
+    /// The receivers of the model of the way back.
     adjoint: Option<Adjoint>,
 }
 
@@ -362,7 +362,7 @@ impl Model for SceneModel {
         self.colours().map_or(&[], |colours| colours.names.shared())
     }
 
-    /// Of the way back as many as there are receivers.
+    /// The channels; of the way back as many as there are receivers.
     fn shared(&self) -> usize {
         let receivers = self.adjoint.as_ref().map(|adjoint| adjoint.known.len());
         receivers.unwrap_or_else(|| self.channels().len().max(1))

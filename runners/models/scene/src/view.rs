@@ -163,7 +163,7 @@ impl<'e, 'r, F: Real, C: Tint<F>> Functional<LastStep<'e, Radiosity<'r, F, C>>> 
 struct Walker<'w, F: Real, C: Tint<F>> {
     request: &'w ViewRequest<'w>,
     watch: &'w dyn Observer,
-    /// Those of a sum of channels, if it is wanted.
+    /// The weights of a sum of channels, if it is wanted.
     weights: &'w [f64],
     equation: &'w Walked<'w, F, C>,
     neighbour: &'w AnyNeighbour<'w, F, C::Value>,

@@ -45,7 +45,7 @@ impl<P: Copy> Nodes<P> {
         Self::of_parts(equation, 1, points)
     }
 
-    /// Those of all parts of cells, of as many equal parts for every axis: a part in place of a cell.
+    /// The nodes of all parts of cells, of as many equal parts for every axis: a part in place of a cell.
     pub(super) fn of_parts<E: Cells<Point = P>>(
         equation: &E,
         parts: usize,

@@ -14,7 +14,7 @@ use fredholm_model::pairs::AnyPairs;
 /// Which pairs are pointwise; all others are in S.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kinds {
-    /// As in the paper: see [`Degree::paper`].
+    /// The pairs of the paper: see [`Degree::paper`].
     Paper,
     AllInS,
     DiagonalPointwise,

@@ -17,7 +17,7 @@ pub(super) struct Sites<E: CustomEquation> {
 }
 
 impl<E: CustomEquation> Sites<E> {
-    /// So many parts of every cell along each axis, with as many points an axis of each.
+    /// Sites that are so many parts of every cell along each axis, with as many points an axis of each.
     pub(super) fn new(equation: E, parts: usize, points: usize) -> Result<Self, Error> {
         Ok(Self {
             nodes: Nodes::of_parts(&equation, parts, points)?,
