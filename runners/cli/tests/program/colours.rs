@@ -452,7 +452,7 @@ fn what_channels_of_rooms_refuse() {
         ),
         (
             &["export", &file, "--out", &tables],
-            "there are no device tables of several channels",
+            "there are no device tables of a room in several channels",
         ),
         (
             &["solve", &file, "--adjoint", "true"],
