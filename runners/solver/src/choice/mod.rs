@@ -38,7 +38,7 @@ use crate::chosen::WHOLE;
 use crate::answer::{Answer, Gave, SolveObserver, Solved};
 use crate::execute::{CellCount, Execute, Execution};
 use crate::whole::GlobalEstimate;
-use crate::{Error, Goal, Model, Sequence, Settings, SolveError};
+use crate::{Error, Goal, Method, Model, Sequence, Settings, SolveError};
 use fredholm_model::Request;
 use fredholm_model::{Target, goals};
 
@@ -310,6 +310,10 @@ fn begin<'m>(
     let (None, Some(tolerance)) = (settings.cells, settings.tolerance) else {
         return Ok(None);
     };
+    if settings.method == Some(Method::Resolvent) {
+        // These choose without pilots.
+        return Ok(None);
+    }
     if settings.lift.is_some_and(|lift| lift > 0) {
         // Predictions know nothing of it.
         return Ok(None);
