@@ -442,8 +442,8 @@ pub(crate) struct SolveArgs {
     /// it, whatever ended it, to the bits of a run that nothing ended
     #[arg(long, value_name = "FILE", conflicts_with = "global")]
     pub(crate) save: Option<PathBuf>,
-    /// Solve the Galerkin system once for many runs: what takes long of the set-up is written to this file, or taken from it
-    /// if it is there. Needs a given number of cells
+    /// Solve the Galerkin system of a cube, a room or a scene once for many runs: what takes long of the set-up is written to this
+    /// file, or taken from it if it is there. Needs a given number of cells
     #[arg(long, value_name = "FILE", conflicts_with = "system")]
     pub(crate) save_system: Option<PathBuf>,
     /// Take the solved system from this file, which `--save-system` made; all processes of a machine share its tables

@@ -245,7 +245,7 @@ impl SystemStore for SystemFile {
             return Ok(None);
         };
         let saved = system.saved().ok_or_else(|| {
-            FileError::refused(&self.path, "systems of this kind of problem are not saved")
+            FileError::refused(&self.path, "systems of cubes, rooms and scenes are saved, and those of others, which are soon solved, are not: leave the option out")
         })?;
         let content = SystemContent {
             of: self.named(of),

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::common::{CIRCLE, Folder, Ran, circle_with, fredholm, is_long, limited, refused, wait};
+use crate::common::{CIRCLE, Folder, Ran, fredholm, is_long, limited, refused, wait};
 use crate::parts::{CUBE, ROOM, SPHERE, merge, parts, whole};
 
 /// A product in three dimensions, whose tables are those of axes.
@@ -55,9 +55,9 @@ fn has_the_same_bits(problem: &str, args: &[&str]) {
 
 #[test]
 fn a_saved_system_has_the_bits_of_its_set_up() {
-    for problem in [CIRCLE, CUBE, PRODUCT, POINTWISE, ROOM, SPHERE, SCENE] {
+    for problem in [CUBE, PRODUCT, POINTWISE, ROOM, SCENE] {
         let degrees: &[usize] = match problem {
-            SPHERE | POINTWISE => &[0],
+            POINTWISE => &[0],
             _ if is_long() => &[0, 1, 2],
             _ => &[1],
         };
@@ -79,8 +79,8 @@ fn a_saved_system_has_the_bits_of_its_set_up() {
 #[test]
 fn a_saved_system_serves_other_pairs_forms_and_global_estimates() {
     has_the_same_bits(ROOM, &["--pairs", "pointwise"]);
-    has_the_same_bits(CIRCLE, &["--form", "product"]);
-    for problem in [CIRCLE, CUBE, ROOM, SPHERE] {
+    has_the_same_bits(CUBE, &["--form", "product"]);
+    for problem in [CUBE, ROOM] {
         has_the_same_bits(problem, &["--global"]);
     }
 }
@@ -123,28 +123,19 @@ fn a_full_disk_leaves_no_system_behind() {
 fn a_system_of_another_problem_is_refused_with_what_differs() {
     let folder = Folder::new();
     let path = folder.at("system");
-    solve(&folder, CIRCLE, &["--save-system", &path]);
+    solve(&folder, CUBE, &["--save-system", &path]);
     let written = fs::read(&path).unwrap();
-    let others: [(&str, &[&str], &str); 7] = [
-        (CIRCLE, &["--cells", "22"], "cells: 22 here and cells: 20"),
-        (CIRCLE, &["--degree", "1"], "degree: 1 here and degree: 0"),
-        (CIRCLE, &["--scalar", "f32"], "F32 here and scalar: F64"),
-        (
-            &circle_with("absorption = 0.2", "absorption = 0.3"),
-            &[],
-            "absorption: 0.3 here and absorption: 0.2",
-        ),
-        (
-            &circle_with("[0.3, 0.7]", "[0.3, 0.6]"),
-            &[],
-            "`problem` has",
-        ),
-        (
-            &circle_with("constant = 5.0", "constant = 6.0"),
-            &[],
-            "`problem` has",
-        ),
-        (CUBE, &[], "`kind` has cube here and circle there"),
+    let with = |part: &str, other: &str| {
+        assert_eq!(CUBE.matches(part).count(), 1, "{part}");
+        CUBE.replace(part, other)
+    };
+    let others: [(&str, &[&str], &str); 6] = [
+        (CUBE, &["--cells", "5"], "cells: 5 here and cells: 4"),
+        (CUBE, &["--degree", "0"], "degree: 0 here and degree: 1"),
+        (CUBE, &["--scalar", "f32"], "F32 here and scalar: F64"),
+        (&with("0.5 * exp", "0.4 * exp"), &[], "`problem` has"),
+        (&with("1 + x1", "2 + x1"), &[], "`problem` has"),
+        (CIRCLE, &[], "`kind` has circle here and cube there"),
     ];
     for (problem, args, what) in others {
         for option in ["--system", "--save-system"] {
@@ -160,17 +151,17 @@ fn what_is_no_system_is_refused_and_left_alone() {
     let folder = Folder::new();
     let path = folder.at("system");
     refused(
-        &folder.solve(CIRCLE, &["--system", &path]),
+        &folder.solve(CUBE, &["--system", &path]),
         &["cannot open it"],
     );
     let none = folder.at("none/system");
     refused(
-        &folder.solve(CIRCLE, &["--save-system", &none]),
+        &folder.solve(CUBE, &["--save-system", &none]),
         &["there is no folder"],
     );
     let notes = folder.file("notes", "buy milk");
     let empty = folder.file("empty", "");
-    solve(&folder, CIRCLE, &["--save-system", &path]);
+    solve(&folder, CUBE, &["--save-system", &path]);
     let good = fs::read(&path).unwrap();
     let mut later = good.clone();
     later[16] = b'3';
@@ -180,7 +171,7 @@ fn what_is_no_system_is_refused_and_left_alone() {
     let damaged = folder.file("damaged", &damaged);
     let short = folder.file("short", &good[..good.len() - 8]);
     let part = folder.at("part");
-    solve(&folder, CIRCLE, &["--save", &part]);
+    solve(&folder, CUBE, &["--save", &part]);
     for option in ["--system", "--save-system"] {
         for (path, word) in [
             (&notes, "no solved system"),
@@ -190,19 +181,24 @@ fn what_is_no_system_is_refused_and_left_alone() {
             (&damaged, "cut off or damaged"),
             (&short, "cut off or damaged"),
         ] {
-            refused(&folder.solve(CIRCLE, &[option, path]), &[word, path]);
+            refused(&folder.solve(CUBE, &[option, path]), &[word, path]);
         }
     }
     assert_eq!(fs::read_to_string(&notes).unwrap(), "buy milk");
     refused(
-        &folder.solve(CIRCLE, &["--system", &path, "--save-system", &path]),
+        &folder.solve(CUBE, &["--system", &path, "--save-system", &path]),
         &["cannot be used with"],
     );
+    // Kinds whose set-up is short keep none.
+    let new = folder.at("new");
+    for problem in [CIRCLE, SPHERE] {
+        let ran = folder.solve(problem, &["--save-system", &new]);
+        refused(&ran, &["of cubes, rooms and scenes", "new"]);
+    }
     // A choice solves many systems.
-    let open = circle_with("cells = 20\n", "");
+    let open = CUBE.replace("cells = 4\ndegree = 1\n", "");
     let ran = folder.solve(&open, &["--save-system", &none, "--target-error", "1e-3"]);
     assert_eq!(ran.status, Some(2));
-    let new = folder.at("new");
     let ran = folder.solve(&open, &["--save-system", &new, "--target-error", "1e-3"]);
     refused(&ran, &["`cells`", "fredholm check"]);
     assert!(!folder.names().contains(&"new".to_owned()));
