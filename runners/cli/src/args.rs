@@ -101,8 +101,7 @@ the Galerkin solution exactly, by visible angles, so that shadows have no noise,
 a pixel find to be missing, so that the picture is unbiased. What no light reaches, behind walls and \
 within obstacles, is blank. The same file gives the same bytes for any number of threads, except with \
 --side-by-side, which compares what plain and preconditioned walks do in the same time. The file's \
-targets and walks are not used, nor its pairs: h = k on all of them has no rare large scores, which \
-would be dots in the picture.
+targets, walks and pairs are not used.
 
 Of a scene in space the picture is what a camera sees: light in greys, white where all but a fiftieth is darker, heat in \
 colours. A pixel is the mean of u over it, unbiased.
@@ -122,7 +121,7 @@ cube are formulas here and must be written in Rust there.")]
     Export(ExportArgs),
     /// Compare published numbers with what this program finds
     #[command(after_help = "\
-Some ninety numbers that others published or derived, each with its source: exact solutions on the circle \
+A hundred numbers that others published or derived, each with its source: exact solutions on the circle \
 and on the cube, form factors to twelve digits, light in rooms, the paper's deviations and rates. Every \
 one is asked for as you would ask: by a problem file, which is built in, with fixed seeds.
 
@@ -445,8 +444,8 @@ pub(crate) struct SolveArgs {
     /// it, whatever ended it, to the bits of a run that nothing ended
     #[arg(long, value_name = "FILE", conflicts_with = "global")]
     pub(crate) save: Option<PathBuf>,
-    /// Solve the Galerkin system once for many runs: what takes long of the set-up is written to this file, or taken from it
-    /// if it is there. Needs a given number of cells
+    /// Solve the Galerkin system of a cube, a room or a scene once for many runs: what takes long of the set-up is written to this
+    /// file, or taken from it if it is there. Needs a given number of cells
     #[arg(long, value_name = "FILE", conflicts_with = "system")]
     pub(crate) save_system: Option<PathBuf>,
     /// Take the solved system from this file, which `--save-system` made; all processes of a machine share its tables
