@@ -4,7 +4,7 @@
 use core::fmt;
 use core::ops::Range;
 
-use crate::{Estimate, Statistics, Tail};
+use crate::{Statistics, Tail};
 
 /// The standard error at which a goal is reached.
 ///
@@ -60,11 +60,7 @@ impl Tolerance {
     /// Whether `statistics` of `batches` batches reach this error, and may be believed.
     #[must_use]
     pub fn reached(&self, statistics: &Statistics, batches: u64) -> bool {
-        let Estimate {
-            estimate,
-            std_error,
-            ..
-        } = statistics.preconditioned();
+        let (estimate, std_error) = statistics.preconditioned_error();
         let bound = self.error_of(estimate);
         let fewest = match statistics.replicates() {
             0 => MIN_BATCHES,

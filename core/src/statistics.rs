@@ -250,12 +250,19 @@ impl Statistics {
     }
 
     /// The preconditioned estimate (11): the mean of ζ = (v,Φ) + η(k,f) − η(h,g).
-    // Not a call of its own: the deepest stack of a device is here.
-    #[inline(always)]
     #[must_use]
     pub fn preconditioned(&self) -> Estimate {
         let samples = (self.walks, self.replicates);
         estimate(samples, &self.zeta, self.scored > 0)
+    }
+
+    /// The preconditioned estimate, and its standard error from two walks on of which one has scored: bit for bit those of
+    /// [`preconditioned`](Self::preconditioned).
+    pub(crate) fn preconditioned_error(&self) -> (f64, Option<f64>) {
+        let samples = samples(self.walks, self.replicates);
+        let has_error = samples > 1 && self.scored > 0;
+        let error = has_error.then(|| std_error(self.zeta.squares, samples, self.walks));
+        (self.zeta.mean, error)
     }
 
     /// The preconditioned estimate of these walks and those of `other`, to the bit what
@@ -304,9 +311,22 @@ const fn samples(walks: u64, replicates: u32) -> u64 {
     }
 }
 
+/// The standard error of a mean over so many walks, from the squares of the deviations of so many samples.
+// Out of line: the deepest stack of a device is here, where square roots are software.
+#[inline(never)]
+fn std_error(squares: f64, samples: u64, walks: u64) -> f64 {
+    std_dev(squares, samples) / (walks as f64).sqrt()
+}
+
+/// The standard deviation of a score.
+#[inline(always)]
+fn std_dev(squares: f64, samples: u64) -> f64 {
+    (squares / (samples - 1) as f64).sqrt()
+}
+
 fn estimate((walks, replicates): (u64, u32), moments: &Moments, scored: bool) -> Estimate {
     let samples = samples(walks, replicates);
-    let std_dev = (samples > 1).then(|| (moments.squares / (samples - 1) as f64).sqrt());
+    let std_dev = (samples > 1).then(|| std_dev(moments.squares, samples));
     let std_error = std_dev.filter(|_| scored);
     Estimate {
         estimate: moments.mean,

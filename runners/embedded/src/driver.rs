@@ -69,8 +69,7 @@ impl<'a, J: Job + ?Sized, const S: usize> Driver<'a, J, S> {
     ///
     /// # Errors
     /// [`DriverError`].
-    // Out of line: what it is made of is gone from the stack while walks use it.
-    #[inline(never)]
+    #[inline(always)]
     pub fn new(job: &'a J, first: usize, options: RunOptions) -> Result<Self, DriverError> {
         let schedule = Schedule::new(options).map_err(DriverError::Options)?;
         Self::check(job, first)?;
@@ -162,7 +161,7 @@ impl<'a, J: Job + ?Sized, const S: usize> Driver<'a, J, S> {
                 end(&mut self.position);
             }
         }
-        let stop = self.stop();
+        let stop = self.position.stop();
         Ok(Progress {
             stop,
             ..self.position.progress()
@@ -180,8 +179,6 @@ impl<'a, J: Job + ?Sized, const S: usize> Driver<'a, J, S> {
     }
 
     /// Why the run ended; `None`: there is more to do. Goals that share their walks stop with the last of them.
-    // Out of line, as the next ones: what they put on the stack is gone while walks use it.
-    #[inline(never)]
     #[must_use]
     pub fn stop(&self) -> Option<StopReason> {
         self.position.stop()
@@ -209,6 +206,8 @@ impl<const S: usize> Position<S> {
         self.schedule.stage().is_empty()
     }
 
+    // Out of line, as the next ones: what they put on the stack is gone while walks use it.
+    #[inline(never)]
     pub(crate) fn stop(&self) -> Option<StopReason> {
         let mut worst = StopReason::Done;
         for merged in &self.merged {
@@ -239,10 +238,9 @@ impl<const S: usize> Position<S> {
     fn end_batch(&mut self) {
         self.schedule.end_batch();
         let (options, stage) = (self.schedule.options(), self.schedule.stage());
-        let next = Batch::new(stage.start, options.batch, options.walks);
         for (merged, batch) in self.merged.iter_mut().zip(&mut self.batches) {
             merged.merge(batch.statistics());
-            *batch = next;
+            *batch = Batch::new(stage.start, options.batch, options.walks);
         }
     }
 }

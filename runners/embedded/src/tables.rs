@@ -253,15 +253,22 @@ impl<'a> Tables<'a> {
     /// # Errors
     /// [`TableError::Missing`], [`TableError::Element`].
     pub fn get<T: FromBytes + Immutable>(&self, name: &'static str) -> Result<&'a [T], TableError> {
+        let bytes = self.array(name, size_of::<T>())?;
+        let found = size_of::<T>();
+        <[T]>::ref_from_bytes(bytes).map_err(|_| TableError::Element { name, found })
+    }
+
+    /// The bytes of the array of this name, whose elements have so many.
+    // Once for all types of elements, and gone from the stack while walks use it.
+    #[inline(never)]
+    fn array(&self, name: &'static str, element: usize) -> Result<&'a [u8], TableError> {
         let wanted = padded(name);
-        let Some(section) = self.sections().find(|section| section.name == wanted) else {
-            return Err(TableError::Missing { name });
-        };
-        let found = section.element;
-        if found != size_of::<T>() {
-            return Err(TableError::Element { name, found });
+        let found = self.sections().find(|section| section.name == wanted);
+        match found {
+            None => Err(TableError::Missing { name }),
+            Some(section) if section.element == element => Ok(section.bytes),
+            Some(Section { element: found, .. }) => Err(TableError::Element { name, found }),
         }
-        <[T]>::ref_from_bytes(section.bytes).map_err(|_| TableError::Element { name, found })
     }
 
     /// The only element of the array of this name.

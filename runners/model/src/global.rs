@@ -149,7 +149,8 @@ pub trait GlobalSystem<'m>: Send + Sync {
     }
 
     /// The function of these coefficients: rows of one number for every function of every cell, of which each is a
-    /// piecewise polynomial. They estimate u − v, but for the last, which is their part of the highest degree; there are none
+    /// piecewise polynomial. They estimate u − v, but for the last two, which are the parts of the highest degree of the means of
+    /// either half of the others; there are none
     /// if nothing is projected.
     ///
     /// # Errors

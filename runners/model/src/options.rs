@@ -64,7 +64,7 @@ pub enum Sequence {
 pub enum Method {
     /// Walks of the equation's chain, with a neighbour equation as control variate.
     Walks,
-    /// The same as in Heinrich 1995: constant absorption, pairs in S, the product form.
+    /// Walks of the equation's chain as in Heinrich 1995: constant absorption, pairs in S, the product form.
     Paper,
     /// Walks that know the resolvent of a neighbour equation: of equations by kernel and source.
     Resolvent,

@@ -187,6 +187,7 @@ fn reports_are_what_their_schema_says() {
         run(spike, &["--allow-infinite-variance"]),
         run(line, &[]),
         run(line, &["--no-global"]),
+        run(line, &["--method", "resolvent"]),
         run(line, &["--global", "--walks", "1000"]),
         run(&plain, &[]),
         run(&air, &[]),

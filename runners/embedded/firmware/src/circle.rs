@@ -9,6 +9,7 @@ use fredholm_embedded::zerocopy::{FromBytes, Immutable};
 pub(crate) type FlashCircle<'a, F> = Circle<BorrowedTables<'a, F>, Harmonic>;
 
 /// `None`: the tables are of another circle, or refused.
+#[inline(never)]
 pub(crate) fn circle<'a, F>(tables: &Tables<'a>) -> Option<FlashCircle<'a, F>>
 where
     F: Real + FromBytes + Immutable,

@@ -230,10 +230,11 @@ impl<'m, const D: usize> GlobalSystem<'m> for CubeGlobal<'m, D> {
             let source = values.function(Which::Source);
             for (cell, projection) in moments.rough_cells(&|y| source.value(y)) {
                 // What the highest degree tells of F is no sign of what is lost.
-                let highest = rows.chunks_exact_mut(unknowns).next_back();
-                let last = highest.and_then(|row| row.get_mut((cell + 1) * scores.functions() - 1));
-                if let (Some(last), Some(part)) = (last, projection.last()) {
-                    *last -= part;
+                for row in rows.chunks_exact_mut(unknowns).rev().take(2) {
+                    let last = row.get_mut((cell + 1) * scores.functions() - 1);
+                    if let (Some(last), Some(part)) = (last, projection.last()) {
+                        *last -= part;
+                    }
                 }
                 rough.push(Rough { cell, projection });
             }

@@ -9,8 +9,8 @@ use crate::{Error, Goal, Model, Region, Tolerance};
 /// The part of a tolerance that no error bar sees, at most: what scores of one degree less would move, which is many times what
 /// is lost.
 const UNSEEN: f64 = 0.5;
-/// The part of a standard error that is noise of that, before walks tell more.
-const NOISE: f64 = 0.25;
+/// Standard errors of what the highest degree is worth that are no sign of it.
+const SIGNIFICANT: f64 = 2.0;
 /// The part of a tolerance by which quadrature may be off.
 pub(super) const MOVED: f64 = 0.1;
 
@@ -68,16 +68,31 @@ impl Looks {
             true => field.mesh_images(),
             false => field.images(GlobalQuantity::U, &self.0)?,
         };
-        for image in images.chunks_exact(width) {
-            all.add(image, tolerance);
+        let images = images.chunks_exact(width);
+        for (image, highest) in images.clone().zip(highest_parts(images)) {
+            all.add(image, highest, tolerance);
         }
         Ok(all)
     }
 }
 
+/// What the highest degree is worth at each of these images, beyond its noise, which the halves of the replicates tell: where it is
+/// known to be more than nothing.
+pub(super) fn highest_parts<'a>(images: impl Iterator<Item = &'a [f64]>) -> Vec<f64> {
+    let parts = images.map(|image| match image.get(IMAGE_HEAD + REPLICATES..) {
+        Some(&[one, other]) => [one, other].map(|half| 0.5 * half),
+        _ => [0.0; 2],
+    });
+    let parts: Vec<[f64; 2]> = parts.collect();
+    let squares = parts.iter().map(|[one, other]| (one - other).powi(2));
+    let noise = (squares.sum::<f64>() / parts.len().max(1) as f64).sqrt();
+    let beyond = |[one, other]: [f64; 2]| ((one + other).abs() - SIGNIFICANT * noise).max(0.0);
+    parts.into_iter().map(beyond).collect()
+}
+
 impl Look {
-    /// Looks at an image: F + T_K v and how far it moved, replicates, and the part of the highest degree, if it has that.
-    fn add(&mut self, image: &[f64], tolerance: Tolerance) {
+    /// Looks at an image: F + T_K v and how far it moved, and replicates. `highest` is what the highest degree is worth there.
+    fn add(&mut self, image: &[f64], highest: f64, tolerance: Tolerance) {
         let ([iterate, moved], replicates) = split(image, REPLICATES);
         let correction = over_replicates(replicates);
         let error = correction.std_error;
@@ -90,9 +105,7 @@ impl Look {
         if error != 0.0 {
             self.error = self.error.max(error / bound);
         }
-        let highest = image.get(IMAGE_HEAD + REPLICATES).copied();
-        let highest = highest.unwrap_or(0.0).abs();
-        let seen = (UNSEEN * bound).max(NOISE * error);
+        let seen = UNSEEN * bound;
         let has_moved = moved > MOVED * bound.max(error);
         self.is_biased |= highest > seen || has_moved;
         self.is_nearly_biased |= highest > 0.5 * seen || has_moved;

@@ -8,7 +8,7 @@ use fredholm_model::memory::refuse_beyond_memory;
 use fredholm_model::{GlobalField, GlobalQuantity, GlobalRequest, GlobalSystem, IMAGE_HEAD};
 use fredholm_rayon::Replicates;
 
-use super::looks::{Look, Looks, MOVED};
+use super::looks::{Look, Looks, MOVED, highest_parts};
 use super::{
     BAND_LEVEL, GlobalEstimate, GlobalSummary, GlobalValue, PROBES, QUADRATURE_SHARE, REPLICATES,
     split,
@@ -436,9 +436,10 @@ impl<'m> Whole<'_, 'm> {
             let (_, replicates) = split(image, REPLICATES);
             errors.push(over_replicates(replicates).std_error);
             values.extend(replicates);
-            let moved = image.last().copied().unwrap_or(f64::NAN).abs();
-            whole.summary.truncation = whole.summary.truncation.max(moved);
         }
+        let all = images.chunks_exact(width).step_by(step);
+        let truncation = highest_parts(all).into_iter();
+        whole.summary.truncation = truncation.fold(0.0, |most: f64, part| most.max(part));
         if whole.summary.largest_std_error.is_none() {
             return Ok(());
         }
@@ -459,7 +460,7 @@ impl<'m> Whole<'_, 'm> {
 }
 
 impl<'m> Ready<'m> {
-    /// The function of these coefficients of all replicates, and of the highest degree of their mean.
+    /// The function of these coefficients of all replicates, and of the highest degree of the means of two halves.
     pub(crate) fn field(&self, mut rows: Vec<f64>) -> Result<Box<dyn GlobalField + 'm>, Error> {
         let degrees = self.system.degrees(self.degree);
         rows.extend(highest(&rows, &degrees, self.system.cells()));
@@ -494,20 +495,24 @@ impl<'m> Ready<'m> {
     }
 }
 
-/// The part of the highest degree of the mean of all replicates; 0 where that is the mean over a cell, which is told as it is.
+/// The parts of the highest degree of the means of either half of the replicates; 0 where that is the mean over a cell, which is told
+/// as it is.
 fn highest(coefficients: &[f64], degrees: &[usize], cells: usize) -> Vec<f64> {
     let top = degrees.iter().copied().max().unwrap_or(0);
     let unknowns = cells * degrees.len();
-    let mut mean = vec![0.0; unknowns];
+    let mut means = vec![0.0; 2 * unknowns];
     if top == 0 {
-        return mean;
+        return means;
     }
-    for row in coefficients.chunks_exact(unknowns.max(1)) {
-        for ((mean, value), degree) in mean.iter_mut().zip(row).zip(degrees.iter().cycle()) {
+    let half = REPLICATES / 2;
+    for (replicate, row) in coefficients.chunks_exact(unknowns.max(1)).enumerate() {
+        let means = means.chunks_exact_mut(unknowns).nth(replicate / half);
+        let means = means.into_iter().flatten();
+        for ((mean, value), degree) in means.zip(row).zip(degrees.iter().cycle()) {
             if *degree == top {
-                *mean += value / REPLICATES as f64;
+                *mean += value / half as f64;
             }
         }
     }
-    mean
+    means
 }

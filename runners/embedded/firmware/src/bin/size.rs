@@ -11,8 +11,9 @@ use core::panic::PanicInfo;
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use cortex_m_rt::entry;
+use fredholm_circle::{BorrowedTables, GalerkinSystem, Harmonic};
 use fredholm_core::galerkin::{DiagonalRule, PairKind, Piecewise};
-use fredholm_core::{At, Goal, Goals, Neighbour, Real, RunOptions, Tolerance, WalkOptions};
+use fredholm_core::{At, Goal, Goals, Neighbour, NeighbourOf, Real, RunOptions, Tolerance, WalkOptions};
 use fredholm_embedded::{Aligned, Driver, Tables};
 
 unsafe extern "C" {
@@ -38,6 +39,7 @@ static STD_ERROR: AtomicU32 = AtomicU32::new(0);
 
 #[path = "../circle.rs"]
 mod circle;
+use circle::FlashCircle;
 #[cfg(feature = "report")]
 #[path = "../paint.rs"]
 mod paint;
@@ -57,25 +59,39 @@ fn main() -> ! {
     }
 }
 
+/// The neighbour equation, which follows the walks.
+// Out of line, as the circle is read: what reads tables is gone from the stack while walks use it.
 #[inline(never)]
-fn solve() -> Option<()> {
-    let tables = Tables::read(&TABLE.0, "circle").ok()?;
-    let circle = circle::circle::<f32>(&tables)?;
-    let system = circle.system::<1>();
+fn neighbour<'a>(
+    tables: &Tables<'a>,
+    circle: &'a FlashCircle<'a, f32>,
+    system: &'a GalerkinSystem<'a, BorrowedTables<'a, f32>, Harmonic>,
+) -> Option<impl NeighbourOf<FlashCircle<'a, f32>> + use<'a>> {
     let pairs = DiagonalRule {
         diagonal: PairKind::Pointwise,
     };
     let (v, g) = (tables.get("v").ok()?, tables.get("source").ok()?);
-    let neighbour =
-        Piecewise::<_, _, _, _, _, 1>::with_pointwise(&circle, &system, pairs, v, g).ok()?;
+    Piecewise::<_, _, _, _, _, 1>::with_pointwise(circle, system, pairs, v, g).ok()
+}
+
+#[inline(never)]
+fn solve() -> Option<()> {
+    let tables = Tables::read(&TABLE.0, "circle").ok()?;
+    // Not by `?`: they would be on the stack twice.
+    let circle = circle::circle::<f32>(&tables);
+    let Some(circle) = &circle else { return None };
+    let system = circle.system::<1>();
+    let neighbour = neighbour(&tables, circle, &system);
+    let Some(neighbour) = &neighbour else {
+        return None;
+    };
     // s = 0.3: cos and sin of s/2 as constants, so that no trigonometry is linked.
     let x0 = circle.point_at(0.988_771_1, 0.149_438_13);
     let v0 = neighbour.value(&neighbour.locate(x0)).to_f64();
     let goals = [Goal::new(At(x0), Some(v0))];
-    let job: Goals<'_, _, _, _> = Goals::new(&circle, &neighbour, &goals, WalkOptions::default());
+    let job: Goals<'_, _, _, _> = Goals::new(circle, neighbour, &goals, WalkOptions::default());
     let mut options = RunOptions::new(1_000_000);
     options.tolerance = Some(Tolerance::Absolute(1e-3));
-    // Not by `ok`: it would be on the stack twice.
     let Ok(mut driver) = Driver::<_, 1>::new(&job, 0, options) else {
         return None;
     };
