@@ -180,12 +180,8 @@ pub trait Model: Send + Sync {
         })
     }
 
-    /// Whether its neighbour equation depends on how pairs are treated. Where it comes from steps alone it does not.
-    fn has_pairs(&self) -> bool {
-        true
-    }
-
-    /// The kinds of pairs that an automatic choice looks at, unless one is given. The first is that of [`Pairs::Default`].
+    /// The kinds of pairs that an automatic choice looks at, unless one is given. The first is that of [`Pairs::Default`]. One alone: its
+    /// neighbour equation comes from steps, and pairs make no difference.
     fn pairs_to_choose(&self) -> &'static [Pairs] {
         &[Pairs::Default, Pairs::Pointwise]
     }

@@ -326,8 +326,8 @@ impl Model for SceneModel {
     }
 
     /// h = k on all of them.
-    fn has_pairs(&self) -> bool {
-        false
+    fn pairs_to_choose(&self) -> &'static [Pairs] {
+        &[Pairs::Default]
     }
 
     fn last_steps(&self) -> LastSteps {

@@ -113,7 +113,7 @@ pub fn diagnose(
         pairs => pairs,
     };
     // With a lift all pairs are pointwise.
-    let others: &[_] = if lift.is_some() || !model.has_pairs() {
+    let others: &[_] = if lift.is_some() || model.pairs_to_choose().len() == 1 {
         &[]
     } else {
         Pairs::ALL
