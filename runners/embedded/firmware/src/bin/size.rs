@@ -13,7 +13,9 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use cortex_m_rt::entry;
 use fredholm_circle::{BorrowedTables, GalerkinSystem, Harmonic};
 use fredholm_core::galerkin::{DiagonalRule, PairKind, Piecewise};
-use fredholm_core::{At, Goal, Goals, Neighbour, NeighbourOf, Real, RunOptions, Tolerance, WalkOptions};
+use fredholm_core::{
+    At, Goal, Goals, Neighbour, NeighbourOf, Real, RunOptions, Tolerance, WalkOptions,
+};
 use fredholm_embedded::{Aligned, Driver, Tables};
 
 unsafe extern "C" {
