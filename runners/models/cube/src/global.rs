@@ -400,7 +400,7 @@ impl<const D: usize> CubeField<'_, D> {
         for (out, value) in out.iter_mut().zip(values) {
             *out = value;
         }
-        // ê, all but F, v and the part of the highest degree, has F − PF besides.
+        // ê, all but F, v and the parts of the highest degree, has F − PF besides.
         let functions = functions(D, self.degree);
         let projected = self.rough.iter().map(|rough| {
             let own = integrals.iter().skip(rough.cell * functions);
@@ -408,7 +408,7 @@ impl<const D: usize> CubeField<'_, D> {
             own.map(|(integral, of)| integral * of).sum::<f64>()
         });
         let rough = head.last().copied().unwrap_or(0.0) - projected.sum::<f64>();
-        let ends = 2..out.len().saturating_sub(1);
+        let ends = 2..out.len().saturating_sub(2);
         let replicates = out.get_mut(ends).unwrap_or_default();
         replicates.iter_mut().for_each(|of| *of += rough);
     }
