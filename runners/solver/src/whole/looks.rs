@@ -9,8 +9,10 @@ use crate::{Error, Goal, Model, Region, Tolerance};
 /// The part of a tolerance that no error bar sees, at most: what scores of one degree less would move, which is many times what
 /// is lost.
 const UNSEEN: f64 = 0.5;
-/// Standard errors of what the highest degree is worth that are no sign of it.
-const SIGNIFICANT: f64 = 2.0;
+/// Standard errors of what the highest degree is worth that are no sign of it: some of many places are two off.
+const SIGNIFICANT: f64 = 3.0;
+/// The part of a standard error below which it does not matter, before walks tell more.
+const SMALL: f64 = 0.25;
 /// The part of a tolerance by which quadrature may be off.
 pub(super) const MOVED: f64 = 0.1;
 
@@ -105,7 +107,7 @@ impl Look {
         if error != 0.0 {
             self.error = self.error.max(error / bound);
         }
-        let seen = UNSEEN * bound;
+        let seen = (UNSEEN * bound).max(SMALL * error);
         let has_moved = moved > MOVED * bound.max(error);
         self.is_biased |= highest > seen || has_moved;
         self.is_nearly_biased |= highest > 0.5 * seen || has_moved;
