@@ -29,7 +29,7 @@ pub(crate) struct Look {
     pub(crate) bound: f64,
     /// Whether there is a bias beside them.
     pub(crate) is_biased: bool,
-    /// Whether one of half that size may be, noise or not: more walks may tell.
+    /// Whether one of half that size would be.
     pub(crate) is_nearly_biased: bool,
 }
 
@@ -78,17 +78,8 @@ impl Looks {
     }
 }
 
-/// What the highest degree is worth at an image.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Highest {
-    /// By its mean.
-    pub(super) worth: f64,
-    /// What is known of it: beyond its noise.
-    pub(super) known: f64,
-}
-
-/// What the highest degree is worth at each of these images, with its noise, which the halves of the replicates tell.
-pub(super) fn highest_parts<'a>(images: impl Iterator<Item = &'a [f64]>) -> Vec<Highest> {
+/// What the highest degree is worth at each of these images, and 0 where that may be its noise, which the halves of the replicates tell.
+pub(super) fn highest_parts<'a>(images: impl Iterator<Item = &'a [f64]>) -> Vec<f64> {
     let parts = images.map(|image| match image.get(IMAGE_HEAD + REPLICATES..) {
         Some(&[one, other]) => [one, other].map(|half| 0.5 * half),
         _ => [0.0; 2],
@@ -96,17 +87,14 @@ pub(super) fn highest_parts<'a>(images: impl Iterator<Item = &'a [f64]>) -> Vec<
     let parts: Vec<[f64; 2]> = parts.collect();
     let squares = parts.iter().map(|[one, other]| (one - other).powi(2));
     let noise = (squares.sum::<f64>() / parts.len().max(1) as f64).sqrt();
-    let of = |[one, other]: [f64; 2]| {
-        let worth = (one + other).abs();
-        let known = (worth - SIGNIFICANT * noise).max(0.0);
-        Highest { worth, known }
-    };
-    parts.into_iter().map(of).collect()
+    let worth = parts.iter().map(|[one, other]| (one + other).abs());
+    let worth = worth.map(|worth| if worth > SIGNIFICANT * noise { worth } else { 0.0 });
+    worth.collect()
 }
 
 impl Look {
     /// Looks at an image: F + T_K v and how far it moved, and replicates. `highest` is what the highest degree is worth there.
-    fn add(&mut self, image: &[f64], highest: Highest, tolerance: Tolerance) {
+    fn add(&mut self, image: &[f64], highest: f64, tolerance: Tolerance) {
         let ([iterate, moved], replicates) = split(image, REPLICATES);
         let correction = over_replicates(replicates);
         let error = correction.std_error;
@@ -121,7 +109,7 @@ impl Look {
         }
         let seen = (UNSEEN * bound).max(SMALL * error);
         let has_moved = moved > MOVED * bound.max(error);
-        self.is_biased |= highest.known > seen || has_moved;
-        self.is_nearly_biased |= highest.worth > 0.5 * seen || has_moved;
+        self.is_biased |= highest > seen || has_moved;
+        self.is_nearly_biased |= highest > 0.5 * seen || has_moved;
     }
 }

@@ -439,7 +439,7 @@ impl<'m> Whole<'_, 'm> {
         }
         let all = images.chunks_exact(width).step_by(step);
         let truncation = highest_parts(all).into_iter();
-        whole.summary.truncation = truncation.fold(0.0, |most: f64, part| most.max(part.known));
+        whole.summary.truncation = truncation.fold(0.0, |most: f64, part| most.max(part));
         if whole.summary.largest_std_error.is_none() {
             return Ok(());
         }
