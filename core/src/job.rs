@@ -1,14 +1,17 @@
-//! Jobs: the seam between runners and problems. Whoever runs a job knows no type of the problem.
+//! Jobs: the seam between runners and problems. A runner knows no type of the problem.
 
-use core::fmt;
 use core::marker::PhantomData;
 
+use crate::rand_core::{Rng, SeedableRng};
+use crate::uniforms::ControlDraws;
+use crate::walk::{Course, Followed};
 use crate::{
-    Batch, DefaultGenerator, Equation, Estimator, Form, Functional, Generators, Length,
-    NeighbourOf, NotFinite, STEP_LIMIT, Task, WalkSeeds,
+    Absorption, Batch, DefaultGenerator, Equation, Form, Functional, Generators, Length,
+    NeighbourOf, NotFinite, RngUniforms, STEP_LIMIT, Start, Value, Walk, WalkNumber, WalkSeeds,
+    WideOf,
 };
 
-/// A run's walks, without any type of the problem: equation, neighbour equation, goals, estimator, seed,
+/// A run's walks, without any type of the problem: equation, neighbour equation, goals, absorption, seed,
 /// step limit and generator.
 ///
 /// The statistics of a batch follow from the job, the goal's number and the batch, and from nothing
@@ -17,14 +20,6 @@ pub trait Job: Sync {
     /// The number of goals. They are numbered from 0.
     fn goals(&self) -> usize;
 
-    /// Runs at most `at_most` further walks of a batch of goal number `goal`. Where there is no such
-    /// goal, nothing is run.
-    ///
-    /// # Errors
-    /// [`NotFinite`]: a walk scored an infinity or NaN. It is not in the batch's statistics; the
-    /// batch stands before it.
-    fn run(&self, goal: usize, batch: &mut Batch, at_most: u64) -> Result<(), NotFinite>;
-
     /// The number of goals that share their walks: the first so many, the next so many, and so on. It divides the number of
     /// goals.
     fn shared(&self) -> usize {
@@ -32,101 +27,58 @@ pub trait Job: Sync {
     }
 
     /// Runs at most `at_most` further walks of a batch of each of the goals that share walks, of which `first` is the first
-    /// one. All these batches have the same walks so far.
+    /// one. All these batches have the same walks so far. Where there is no such goal, nothing is run.
     ///
     /// # Errors
-    /// [`NotFinite`], as [`run`](Self::run); the walk is in no batch's statistics.
-    fn run_shared(
-        &self,
-        first: usize,
-        batches: &mut [Batch],
-        at_most: u64,
-    ) -> Result<(), NotFinite> {
-        let mut goals = (first..).zip(batches);
-        goals.try_for_each(|(goal, batch)| self.run(goal, batch, at_most))
-    }
-}
-
-/// A job whose (v, Φ) are estimates of their own, with standard errors: they are part of all error bars of ζ, and more walks
-/// do not lower them.
-#[derive(Clone, Copy)]
-pub struct UncertainControl<'a> {
-    /// The job.
-    pub job: &'a dyn Job,
-    /// The standard error of (v, Φ) of every goal; that of goals beyond is 0.
-    pub errors: &'a [f64],
-}
-
-impl fmt::Debug for UncertainControl<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("UncertainControl")
-            .field("errors", &self.errors)
-            .finish_non_exhaustive()
-    }
-}
-
-impl Job for UncertainControl<'_> {
-    fn goals(&self) -> usize {
-        self.job.goals()
-    }
-
-    fn run(&self, goal: usize, batch: &mut Batch, at_most: u64) -> Result<(), NotFinite> {
-        if let Some(&error) = self.errors.get(goal) {
-            batch.set_control_error(error);
-        }
-        self.job.run(goal, batch, at_most)
-    }
-
-    fn shared(&self) -> usize {
-        self.job.shared()
-    }
-
-    fn run_shared(
-        &self,
-        first: usize,
-        batches: &mut [Batch],
-        at_most: u64,
-    ) -> Result<(), NotFinite> {
-        for (batch, &error) in batches
-            .iter_mut()
-            .zip(self.errors.get(first..).unwrap_or(&[]))
-        {
-            batch.set_control_error(error);
-        }
-        self.job.run_shared(first, batches, at_most)
-    }
+    /// [`NotFinite`]: a walk scored an infinity or NaN. It is in no batch's statistics; the
+    /// batches stand before it.
+    fn run(&self, first: usize, batches: &mut [Batch], at_most: u64) -> Result<(), NotFinite>;
 }
 
 /// A quantity that a run estimates: a functional of the solution and, if it is known, (v, Φ).
 #[derive(Clone, Copy, Debug)]
-pub struct Goal<T> {
+pub struct Goal<T, W> {
     /// The functional: where walks start, and what is estimated.
     pub functional: T,
-    /// (v, Φ), exact; `None`: walk by walk (see [`Task::control_mean`]).
-    pub control_mean: Option<f64>,
+    /// (v, Φ), exact. `None`: [`Functional::control_estimate`] walk by walk, which is unbiased too; but
+    /// for a spread-out start its own variance stays in that of ζ.
+    pub control_mean: Option<W>,
+    /// The part of (u, Φ) that is known besides what walks estimate, the same for all of them: (F_s, Φ), if they are for u − F_s, as with a
+    /// [`LastStep`](crate::LastStep). It is added to their scores.
+    pub known: W,
 }
 
-/// Options that walks of all goals share: seed, estimator and step limit.
+impl<T> Goal<T, f64> {
+    /// A goal of one channel of which nothing is known by itself.
+    pub const fn new(functional: T, control_mean: Option<f64>) -> Self {
+        Self {
+            functional,
+            control_mean,
+            known: 0.0,
+        }
+    }
+}
+
+/// Options that walks of all goals share: seed, absorption and step limit.
 ///
 /// ```
-/// use fredholm_core::{Estimator, WalkOptions};
+/// use fredholm_core::{Absorption, WalkOptions};
 ///
 /// let options = WalkOptions { seed: 7, ..WalkOptions::default() };
-/// assert_eq!(options.estimator, Estimator::Absorption);
+/// assert_eq!(options.absorption, Absorption::Roulette);
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WalkOptions {
     /// The seed of all draws.
     pub seed: u64,
-    /// The estimator: what a walk scores.
-    pub estimator: Estimator,
+    /// How walks end, and what they score.
+    pub absorption: Absorption,
     /// The form of the control variate.
     pub form: Form,
-    /// The number of first states in which a walk is not absorbed. There it scores F, whatever the estimator, and what it
-    /// scores after them has the weight 1 − q of each: the mean over what absorption would do. A walk is as many states
+    /// The number of first states in which a walk is not absorbed. There it scores F, whatever the estimator. A walk is as many states
     /// longer, and depends on its draws without the jumps of absorption, so that a [`Sobol`](crate::Sobol) sequence gains
     /// more. Survival biasing in the words of neutron transport.
-    pub survivals: u32,
+    pub forced_steps: u32,
     /// Most states of a walk; a walk that is cut off there is counted.
     pub step_limit: u32,
 }
@@ -136,20 +88,20 @@ impl WalkOptions {
     #[must_use]
     pub const fn length(&self) -> Length {
         Length {
-            survivals: self.survivals,
+            forced_steps: self.forced_steps,
             step_limit: self.step_limit,
         }
     }
 }
 
 impl Default for WalkOptions {
-    /// Seed 1, the absorption estimator, the product form, absorption from the first state on, [`STEP_LIMIT`].
+    /// Seed 1, roulette from the first state on, the residual form, [`STEP_LIMIT`].
     fn default() -> Self {
         Self {
             seed: 1,
-            estimator: Estimator::Absorption,
-            form: Form::Product,
-            survivals: 0,
+            absorption: Absorption::Roulette,
+            form: Form::default(),
+            forced_steps: 0,
             step_limit: STEP_LIMIT,
         }
     }
@@ -157,48 +109,111 @@ impl Default for WalkOptions {
 
 /// The job of one equation with one neighbour equation: goals of one type of functional.
 ///
-/// The number of a goal is also the number of its [`WalkSeeds`] of draws.
+/// Goal g of an equation with C channels has the statistics numbers g C + c or, with weights of a sum, g (C + 1) + c, where the sum
+/// comes last. They share the walks of the goal, whose draws are those of [`WalkSeeds`] number g. Scores of a walk in several
+/// channels depend on each other, so that the error of a sum does not follow from those of the channels: it is a functional
+/// more, with statistics of its own.
+///
+/// ```
+/// use fredholm_core::{
+///     At, Batch, Chain, Channels, Equation, Goal, Goals, Job, NoNeighbour, Space, Uniforms, Value,
+/// };
+///
+/// /// u_c = r_c ∫ u_c dy + 1 on [0, 1], with r = (½, ¼): u = (2, 4/3).
+/// struct Two;
+///
+/// impl Space for Two {
+///     type Scalar = f64;
+///     type Point = f64;
+/// }
+/// impl Chain for Two {
+///     fn step<U: Uniforms<f64>>(&self, _: &f64, uniforms: &mut U) -> Option<f64> {
+///         Some(uniforms.uniform())
+///     }
+/// }
+/// impl Equation for Two {
+///     type Value = Channels<f64, 2>;
+///     fn kernel(&self, _: &f64, _: &f64) -> Self::Value {
+///         Channels::from_fn(2, |c| [0.5, 0.25][c])
+///     }
+///     fn source<U: Uniforms<f64>>(&self, _: &f64, _: &mut U) -> Self::Value {
+///         Channels::splat(2, 1.0)
+///     }
+///     fn channels(&self) -> usize {
+///         2
+///     }
+/// }
+///
+/// let nothing = Channels::splat(2, 0.0);
+/// let goals = [Goal { functional: At(0.3), control_mean: Some(nothing), known: nothing }];
+/// let none = NoNeighbour::new(&Two);
+/// let job = Goals::new(&Two, &none, &goals, Default::default()).with_sum(&[1.0, 1.0]);
+/// // Both channels and their sum, from the same walks.
+/// let mut batches = [Batch::new(0, 10_000, 10_000); 3];
+/// job.run(0, &mut batches, u64::MAX)?;
+/// for (batch, exact) in batches.iter().zip([2.0, 4.0 / 3.0, 10.0 / 3.0]) {
+///     let plain = batch.statistics().plain();
+///     assert!((plain.estimate - exact).abs() <= 5.0 * plain.std_error.unwrap());
+/// }
+/// # Ok::<(), fredholm_core::NotFinite>(())
+/// ```
 #[derive(Debug)]
-pub struct Goals<'a, E, N: ?Sized, T, G = DefaultGenerator> {
+pub struct Goals<'a, E: Equation, N: ?Sized, T, G = DefaultGenerator> {
     /// The equation and its chain.
     pub equation: &'a E,
     /// The neighbour equation.
     pub neighbour: &'a N,
     /// The goals: what is estimated.
-    pub goals: &'a [Goal<T>],
-    /// Seed, estimator and step limit.
+    pub goals: &'a [Goal<T, WideOf<E>>],
+    /// The weights of the sum, one for every channel; none for no sum.
+    pub weights: &'a [f64],
+    /// Seed, absorption and step limit.
     pub options: WalkOptions,
     generator: PhantomData<fn() -> G>,
 }
 
 // By hand: a derive would ask equation and generator to be `Clone` and `Copy`.
-impl<E, N: ?Sized, T, G> Clone for Goals<'_, E, N, T, G> {
+impl<E: Equation, N: ?Sized, T, G> Clone for Goals<'_, E, N, T, G> {
     fn clone(&self) -> Self {
         *self
     }
 }
-impl<E, N: ?Sized, T, G> Copy for Goals<'_, E, N, T, G> {}
+impl<E: Equation, N: ?Sized, T, G> Copy for Goals<'_, E, N, T, G> {}
 
-impl<'a, E, N: ?Sized, T> Goals<'a, E, N, T> {
+impl<'a, E: Equation, N: ?Sized, T> Goals<'a, E, N, T> {
     /// The job of these goals, with draws of the [`DefaultGenerator`].
     #[must_use]
     pub const fn new(
         equation: &'a E,
         neighbour: &'a N,
-        goals: &'a [Goal<T>],
+        goals: &'a [Goal<T, WideOf<E>>],
         options: WalkOptions,
     ) -> Self {
         Self {
             equation,
             neighbour,
             goals,
+            weights: &[],
             options,
             generator: PhantomData,
         }
     }
 }
 
-impl<'a, E, N: ?Sized, T, G> Goals<'a, E, N, T, G> {
+/// A walk, (v, Φ) or its own part of it, and what it knows by itself.
+struct Score<V, W> {
+    walk: Walk<V>,
+    value: W,
+    known: W,
+}
+
+impl<'a, E: Equation, N: ?Sized, T, G> Goals<'a, E, N, T, G> {
+    /// This job with a weighted sum of the channels beside them.
+    #[must_use]
+    pub const fn with_sum(self, weights: &'a [f64]) -> Self {
+        Self { weights, ..self }
+    }
+
     /// This job with draws of another generator, which is part of what bits depend on.
     #[must_use]
     pub const fn with_generator<H>(self) -> Goals<'a, E, N, T, H> {
@@ -206,29 +221,193 @@ impl<'a, E, N: ?Sized, T, G> Goals<'a, E, N, T, G> {
             equation: self.equation,
             neighbour: self.neighbour,
             goals: self.goals,
+            weights: self.weights,
             options: self.options,
             generator: PhantomData,
         }
     }
 
-    /// The [`Task`] of one goal, for instance to replay one. `None`: there is no such
-    /// goal.
-    #[must_use]
-    pub fn task(&self, goal: usize) -> Option<Task<'a, E, N, T, G>> {
-        let Goal {
-            functional,
-            control_mean,
-        } = self.goals.get(goal)?;
-        Some(Task {
+    /// The statistics of a goal: one for each channel, and one for the sum.
+    fn statistics(&self) -> usize {
+        self.equation.channels() + usize::from(!self.weights.is_empty())
+    }
+}
+
+impl<E, N, T, G> Goals<'_, E, N, T, G>
+where
+    E: Equation,
+    N: NeighbourOf<E> + ?Sized,
+    T: Functional<E>,
+    G: Generators,
+{
+    /// A walk of a goal.
+    #[inline(always)]
+    fn follow(
+        &self,
+        goal: &Goal<T, WideOf<E>>,
+        seeds: &WalkSeeds<G>,
+        course: Course<E::Scalar>,
+        number: WalkNumber,
+        memory: &mut G::Memory,
+    ) -> Score<E::Value, WideOf<E>> {
+        let mut draws = RngUniforms(G::generator(seeds, number, memory));
+        let mut control_draws = ControlDraws::<G::Random>::new(seeds, number.walk);
+        let Start { point, phi, known } = goal.functional.start(self.equation, &mut draws);
+        let x0 = self.neighbour.locate(point);
+        let value = match goal.control_mean {
+            Some(value) => value,
+            None => self.look(goal, (&x0, phi), &mut control_draws),
+        };
+        let followed = Followed {
             equation: self.equation,
             neighbour: self.neighbour,
-            functional,
-            control_mean: *control_mean,
-            estimator: self.options.estimator,
             form: self.options.form,
-            seeds: WalkSeeds::new(self.options.seed, goal as u64),
             length: self.options.length(),
-        })
+        };
+        Score {
+            walk: followed.scored(x0, phi, course, &mut draws, &mut control_draws),
+            value,
+            known: known.wide().plus(&goal.known),
+        }
+    }
+
+    /// A number with the mean (v, Φ): of the walk's start, and of as many further ones as the functional takes.
+    fn look<R: Rng + SeedableRng>(
+        &self,
+        goal: &Goal<T, WideOf<E>>,
+        start: (&crate::Located<E::Point>, E::Scalar),
+        draws: &mut ControlDraws<R>,
+    ) -> WideOf<E> {
+        let of = |x0: &crate::Located<E::Point>, phi| {
+            let v = self.neighbour.value(x0);
+            goal.functional.control_estimate(x0, phi, &v)
+        };
+        let mut sum = of(start.0, start.1);
+        let looks = goal.functional.looks();
+        for _ in 1..looks {
+            let further = goal.functional.start(self.equation, draws);
+            let x0 = self.neighbour.locate(further.point);
+            sum = sum.plus(&of(&x0, further.phi));
+        }
+        if looks > 1 {
+            sum = sum.scaled(1.0 / f64::from(looks));
+        }
+        sum
+    }
+
+    /// Runs walk number `walk` of a goal alone: the same scores as within its batch, if walks are independent. `None`: there is no such
+    /// goal.
+    #[must_use]
+    pub fn replay(&self, goal: usize, walk: u64) -> Option<Walk<E::Value>> {
+        let number = WalkNumber {
+            walk,
+            replicate: walk,
+            index: 0,
+        };
+        let own = self.goals.get(goal)?;
+        let seeds = WalkSeeds::new(self.options.seed, goal as u64);
+        let course = Course::of(self.options.absorption);
+        let score = self.follow(own, &seeds, course, number, &mut G::Memory::default());
+        Some(score.walk)
+    }
+
+    /// Runs at most `at_most` further walks of a goal that need be none of the job's own, as the goal of this number: for many goals of
+    /// which none has to be kept, such as the pixels of a picture.
+    ///
+    /// # Errors
+    /// As [`Job::run`].
+    pub fn run_goal(
+        &self,
+        goal: &Goal<T, WideOf<E>>,
+        number: u64,
+        batches: &mut [Batch],
+        at_most: u64,
+    ) -> Result<(), NotFinite> {
+        let course = Course::of(self.options.absorption);
+        let outcome = self.run_walks((goal, number), course, batches, at_most);
+        if G::IS_SEQUENCE {
+            batches.iter_mut().for_each(Batch::become_replicate);
+        }
+        outcome
+    }
+
+    #[inline(always)]
+    fn run_walks(
+        &self,
+        (own, number): (&Goal<T, WideOf<E>>, u64),
+        course: Course<E::Scalar>,
+        batches: &mut [Batch],
+        at_most: u64,
+    ) -> Result<(), NotFinite> {
+        let seeds = WalkSeeds::new(self.options.seed, number);
+        let mut memory = G::Memory::default();
+        let mut left = at_most;
+        while left > 0
+            && let Some(number) = batches.first().and_then(Batch::next_number)
+        {
+            let score = self.follow(own, &seeds, course, number, &mut memory);
+            self.push(&score, batches)?;
+            left -= 1;
+        }
+        Ok(())
+    }
+
+    /// Adds a walk to the statistics of every channel, and of the sum.
+    #[inline(always)]
+    fn push(
+        &self,
+        score: &Score<E::Value, WideOf<E>>,
+        batches: &mut [Batch],
+    ) -> Result<(), NotFinite> {
+        let walk = &score.walk;
+        let of = |channel: usize| Walk {
+            plain: walk.plain.get(channel),
+            control: walk.control.get(channel),
+            states: walk.states,
+            termination: walk.termination,
+        };
+        if let [only] = batches {
+            return only.push(&of(0), score.value.get(0), score.known.get(0));
+        }
+        let channels = self.equation.channels();
+        // All are looked at before the first is added to, so that no batch is ahead of another.
+        if !score.value.plus(&score.known).is_finite()
+            && let Some(batch) = batches.first()
+        {
+            return Err(batch.not_finite());
+        }
+        let mut sum = [0.0; 4];
+        for (channel, batch) in batches.iter_mut().enumerate() {
+            let (scores, value, known);
+            if channel < channels {
+                let own = of(channel);
+                (value, known) = (score.value.get(channel), score.known.get(channel));
+                scores = Walk {
+                    plain: crate::Real::to_f64(own.plain),
+                    control: crate::Real::to_f64(own.control),
+                    states: own.states,
+                    termination: own.termination,
+                };
+                let weight = self.weights.get(channel).copied().unwrap_or(0.0);
+                for (sum, term) in sum
+                    .iter_mut()
+                    .zip([scores.plain, scores.control, value, known])
+                {
+                    *sum += weight * term;
+                }
+            } else {
+                let [plain, control, of_v, of_known] = sum;
+                (value, known) = (of_v, of_known);
+                scores = Walk {
+                    plain,
+                    control,
+                    states: walk.states,
+                    termination: walk.termination,
+                };
+            }
+            batch.push(&scores, value, known)?;
+        }
+        Ok(())
     }
 }
 
@@ -237,14 +416,22 @@ where
     E: Equation + Sync,
     N: NeighbourOf<E> + Sync + ?Sized,
     T: Functional<E> + Sync,
+    WideOf<E>: Sync,
     G: Generators,
 {
     fn goals(&self) -> usize {
-        self.goals.len()
+        self.goals.len() * self.statistics()
     }
 
-    fn run(&self, goal: usize, batch: &mut Batch, at_most: u64) -> Result<(), NotFinite> {
-        self.task(goal)
-            .map_or(Ok(()), |task| batch.run(&task, at_most))
+    fn shared(&self) -> usize {
+        self.statistics()
+    }
+
+    fn run(&self, first: usize, batches: &mut [Batch], at_most: u64) -> Result<(), NotFinite> {
+        let goal = first / self.statistics();
+        match self.goals.get(goal) {
+            Some(own) => self.run_goal(own, goal as u64, batches, at_most),
+            None => Ok(()),
+        }
     }
 }

@@ -10,7 +10,7 @@
 //!
 //! Chain and kernel are those of u. A walk that scores in x_l, with the weight W_l = φ(x0) k … k (by collision in every state,
 //! by absorption in the last one, over q there), needs the number (T_K F_s)(x_l) = ∫ K(x_l, y) F_s(y) dμ(y). A last step to the
-//! source gives one with this mean, K(x_l, y) F_s(y)/l(x_l, y) for a y of density l(x_l, ·): [`SourceSampler`]. Or it is
+//! source gives one with this mean, K(x_l, y) F_s(y)/l(x_l, y) for a y of density l(x_l, ·): [`Lights`]. Or it is
 //! known, as what a point sees of a constant light is on the circle and in a room, and then nothing is drawn.
 //!
 //! # Its neighbour equation
@@ -40,36 +40,33 @@
 //!
 //!   in which d(x) itself is gone: v_2 need only follow what was reflected twice. T_k d at x is the mean of d(y) over steps to y,
 //!   each followed by the last step from y. One step with a control variate that holds the means of d and v_2 over boxes of
-//!   steps gives G with its exact mean: in rooms that is `pairs = "rays"`.
+//!   steps gives G with its exact mean: that is [`Sampled`](crate::sampled::Sampled).
 
-use num_traits::zero;
-
-use crate::galerkin::{Basis, CellMap, Partition};
-use crate::{Kernel, Located, RandomSource, Sampler, StateSpace, TransitionDensity, Uniforms};
+use crate::galerkin::{Basis, Cells};
+use crate::sampled::{SampledStep, StepEvents};
+use crate::{Chain, Density, Equation, Located, NoDraws, Space, Uniforms, Value};
 
 /// An equation whose source, or a part F_s of it, can be sampled: points y with a density l(x, y) that is large where
-/// K(x, y) F_s(y) is.
+/// K(x, y) F_s(y) is. Lamps, the sun, the sky, bright arcs.
 ///
 /// Where F is large on a small part of X only, few walks end there: "the last step of the walk should be modified in such a
 /// way that x_m always hits a light source" (Heinrich 1995, section 5).
 #[diagnostic::on_unimplemented(
     message = "the source of `{Self}` cannot be sampled",
-    label = "`SourceSampler` is missing",
-    note = "implement `SourceSampler`: a random number with mean (T_K F)(x), K(x, y) F(y)/l(x, y) of a y of density l"
+    label = "`Lights` is missing",
+    note = "implement `Lights`: a random number with mean (T_K F_s)(x), K(x, y) F_s(y)/l(x, y) of a y of density l, and F_s(x)"
 )]
-pub trait SourceSampler: Sampler + Kernel {
+pub trait Lights: Equation {
     /// A random number whose mean is (T_K F_s)(x) = ∫ K(x, y) F_s(y) dμ(y).
-    fn sample_last_step<U: Uniforms<Self::Scalar>>(
-        &self,
-        x: &Self::Point,
-        uniforms: &mut U,
-    ) -> Self::Scalar;
+    fn light<U: Uniforms<Self::Scalar>>(&self, x: &Self::Point, uniforms: &mut U) -> Self::Value;
 
-    /// F − F_s: what walks score where they meet it. 0 if all of F is sampled.
+    /// F_s(x): what is known of u where a target looks at a light.
+    fn known(&self, x: &Self::Point) -> Self::Value;
+
+    /// F − F_s: what walks score where they meet it.
     #[inline(always)]
-    fn rest_of_source(&self, x: &Self::Point) -> Self::Scalar {
-        let _ = x;
-        zero()
+    fn rest(&self, x: &Self::Point) -> Self::Value {
+        self.source(x, &mut NoDraws).minus(&self.known(x))
     }
 }
 
@@ -79,43 +76,41 @@ pub trait SourceSampler: Sampler + Kernel {
 /// (u, Φ) = (F_s, Φ) + (w, Φ), and (F_s, Φ) is known.
 ///
 /// ```
-/// use fredholm_core::{Kernel, LastStep, RandomSource, Sampler, SourceSampler, StateSpace, Uniforms};
+/// use fredholm_core::{Chain, Equation, LastStep, Lights, NoDraws, Space, Uniforms};
 ///
 /// /// u(x) = ½ ∫ u dy + F on [0, 1], where F = 1000 below 1/1000, and 0 elsewhere.
 /// struct Lamp;
 ///
-/// impl StateSpace for Lamp {
+/// impl Space for Lamp {
 ///     type Scalar = f64;
 ///     type Point = f64;
 /// }
-/// impl Sampler for Lamp {
-///     fn absorption(&self, _: &f64) -> f64 {
-///         0.5
-///     }
+/// impl Chain for Lamp {
 ///     fn step<U: Uniforms<f64>>(&self, _: &f64, uniforms: &mut U) -> Option<f64> {
 ///         Some(uniforms.uniform())
 ///     }
 /// }
-/// impl Kernel for Lamp {
+/// impl Equation for Lamp {
+///     type Value = f64;
 ///     fn kernel(&self, _: &f64, _: &f64) -> f64 {
-///         1.0
+///         0.5
+///     }
+///     fn source<U: Uniforms<f64>>(&self, x: &f64, _: &mut U) -> f64 {
+///         if *x < 1e-3 { 1000.0 } else { 0.0 }
 ///     }
 /// }
-/// impl SourceSampler for Lamp {
+/// impl Lights for Lamp {
 ///     // y uniform below 1/1000: l = 1000, K F/l = ½, whatever y.
-///     fn sample_last_step<U: Uniforms<f64>>(&self, _: &f64, _: &mut U) -> f64 {
+///     fn light<U: Uniforms<f64>>(&self, _: &f64, _: &mut U) -> f64 {
 ///         0.5
+///     }
+///     fn known(&self, x: &f64) -> f64 {
+///         self.source(x, &mut NoDraws)
 ///     }
 /// }
 ///
-/// struct NoNumbers;
-/// impl Uniforms<f64> for NoNumbers {
-///     fn uniform(&mut self) -> f64 {
-///         f64::NAN
-///     }
-/// }
-/// // A walk that is absorbed at once scores what one of a thousand walks scored before.
-/// assert_eq!(LastStep(&Lamp).sample_source(&0.7, &mut NoNumbers), 0.5);
+/// // A walk scores at once what one of a thousand walks scored before.
+/// assert_eq!(LastStep(&Lamp).source(&0.7, &mut NoDraws), 0.5);
 /// ```
 #[derive(Debug)]
 pub struct LastStep<'a, E>(pub &'a E);
@@ -128,49 +123,69 @@ impl<E> Clone for LastStep<'_, E> {
 }
 impl<E> Copy for LastStep<'_, E> {}
 
-impl<E: StateSpace> StateSpace for LastStep<'_, E> {
+impl<E: Space> Space for LastStep<'_, E> {
     type Scalar = E::Scalar;
     type Point = E::Point;
 }
 
-impl<E: Sampler> Sampler for LastStep<'_, E> {
-    #[inline(always)]
-    fn absorption(&self, x: &E::Point) -> E::Scalar {
-        self.0.absorption(x)
-    }
+impl<E: Chain> Chain for LastStep<'_, E> {
     #[inline(always)]
     fn step<U: Uniforms<E::Scalar>>(&self, x: &E::Point, uniforms: &mut U) -> Option<E::Point> {
         self.0.step(x, uniforms)
     }
 }
 
-impl<E: TransitionDensity> TransitionDensity for LastStep<'_, E> {
+impl<E: Density> Density for LastStep<'_, E> {
     fn density(&self, x: &E::Point, y: &E::Point) -> E::Scalar {
         self.0.density(x, y)
     }
 }
 
-impl<E: Kernel> Kernel for LastStep<'_, E> {
+impl<E: Lights> Equation for LastStep<'_, E> {
+    type Value = E::Value;
+
     #[inline(always)]
-    fn kernel(&self, x: &E::Point, y: &E::Point) -> E::Scalar {
+    fn kernel(&self, x: &E::Point, y: &E::Point) -> E::Value {
         self.0.kernel(x, y)
     }
-}
 
-impl<E: SourceSampler> RandomSource for LastStep<'_, E> {
     #[inline]
-    fn sample_source<U: Uniforms<E::Scalar>>(&self, x: &E::Point, uniforms: &mut U) -> E::Scalar {
-        self.0.rest_of_source(x) + self.0.sample_last_step(x, uniforms)
+    fn source<U: Uniforms<E::Scalar>>(&self, x: &E::Point, uniforms: &mut U) -> E::Value {
+        self.0.rest(x).plus(&self.0.light(x, uniforms))
+    }
+
+    #[inline(always)]
+    fn channels(&self) -> usize {
+        self.0.channels()
+    }
+
+    #[inline(always)]
+    fn size(&self, x: &E::Point) -> E::Scalar {
+        self.0.size(x)
     }
 }
 
-impl<E: Partition> Partition for LastStep<'_, E> {
+impl<E: Cells> Cells for LastStep<'_, E> {
+    const DIMENSION: usize = E::DIMENSION;
+
     fn cells(&self) -> usize {
         self.0.cells()
     }
     #[inline]
     fn locate(&self, x: &E::Point) -> usize {
         self.0.locate(x)
+    }
+    fn measure(&self, cell: usize) -> f64 {
+        self.0.measure(cell)
+    }
+    fn point(&self, cell: usize, t: &[f64]) -> E::Point {
+        self.0.point(cell, t)
+    }
+    fn parameters(&self, x: &Located<E::Point>, t: &mut [E::Scalar]) {
+        self.0.parameters(x, t);
+    }
+    fn at(&self, coordinates: &[f64]) -> Option<E::Point> {
+        self.0.at(coordinates)
     }
 }
 
@@ -181,16 +196,16 @@ impl<E: Basis<B>, const B: usize> Basis<B> for LastStep<'_, E> {
     }
 }
 
-impl<E: CellMap> CellMap for LastStep<'_, E> {
-    const DIMENSION: usize = E::DIMENSION;
-
-    fn measure(&self, cell: usize) -> f64 {
-        self.0.measure(cell)
+impl<E: StepEvents<D>, const D: usize> StepEvents<D> for LastStep<'_, E> {
+    fn towards(&self, cell: usize) -> Option<u32> {
+        self.0.towards(cell)
     }
-    fn point(&self, cell: usize, t: &[f64]) -> E::Point {
-        self.0.point(cell, t)
+    #[inline]
+    fn probability(&self, x: &E::Point, event: u32) -> E::Scalar {
+        self.0.probability(x, event)
     }
-    fn at(&self, coordinates: &[f64]) -> Option<E::Point> {
-        self.0.at(coordinates)
+    #[inline]
+    fn occurring(&self, step: &SampledStep<'_, E::Point, E::Scalar, D>, events: &[u32]) -> u32 {
+        self.0.occurring(step, events)
     }
 }

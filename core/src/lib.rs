@@ -8,34 +8,29 @@ extern crate std;
 
 pub mod array;
 mod batch;
-pub mod channels;
-mod equation;
 pub mod galerkin;
+pub mod global;
 mod job;
-mod known;
-pub mod lanes;
 mod last_step;
 #[cfg(feature = "alloc")]
 mod lights;
 mod neighbour;
 mod real;
 pub mod refused;
+pub mod resolvent;
 pub mod sampled;
 mod schedule;
 mod sobol;
+mod space;
 mod statistics;
 mod tail;
 mod uniforms;
+mod value;
 mod walk;
-pub mod whole;
 
-pub use batch::{Batch, NotFinite, STEP_LIMIT, Task};
-pub use equation::{
-    At, Equation, Functional, Kernel, RandomSource, Sampler, Source, StateSpace, TransitionDensity,
-};
-pub use job::{Goal, Goals, Job, UncertainControl, WalkOptions};
-pub use known::{KnownPart, Shifted, Started, WithKnown};
-pub use last_step::{LastStep, SourceSampler};
+pub use batch::{Batch, NotFinite, STEP_LIMIT};
+pub use job::{Goal, Goals, Job, WalkOptions};
+pub use last_step::{LastStep, Lights};
 #[cfg(feature = "alloc")]
 pub use lights::{SourcePart, best_lights};
 pub use neighbour::{Located, Neighbour, NeighbourOf, NoDraws, NoNeighbour};
@@ -45,12 +40,16 @@ pub use schedule::{
     StopReason, Tolerance, next_stage,
 };
 pub use sobol::{SOBOL_COORDINATES, Sobol, SobolPoint, SobolWalk};
+pub use space::{At, Chain, Density, Equation, Functional, Space, Start, StartOf, WideOf};
 pub use statistics::{Estimate, Statistics, Terminations, rounding_floor};
 pub use tail::{MANY_BATCHES, Tail};
 pub use uniforms::{
     DEFAULT_GENERATOR, DefaultGenerator, Generators, RngUniforms, Uniforms, WalkNumber, WalkSeeds,
 };
-pub use walk::{Estimator, Form, Length, Termination, Walk, walk};
+pub use value::{Channels, MOST_CHANNELS, Value};
+pub use walk::{
+    Absorption, Both, Estimator, Form, Length, ROULETTE_FLOOR, Termination, Walk, walk,
+};
 
-/// The generator traits that [`WalkSeeds`] and [`Task`] ask for.
+/// The generator traits that [`WalkSeeds`] and [`Generators`] ask for.
 pub use rand_core;

@@ -2,9 +2,6 @@
 
 use core::fmt;
 
-/// The sentence that refuses an absorption probability q0 outside (0, 1).
-pub const ABSORPTION: &str = "the absorption probability must lie strictly between 0 and 1";
-
 /// Writes that a buffer has a wrong length.
 ///
 /// # Errors

@@ -4,7 +4,7 @@
 use core::fmt;
 use core::ops::Range;
 
-use crate::{Estimate, Statistics, Tail};
+use crate::{Statistics, Tail};
 
 /// The standard error at which a goal is reached.
 ///
@@ -60,11 +60,7 @@ impl Tolerance {
     /// Whether `statistics` of `batches` batches reach this error, and may be believed.
     #[must_use]
     pub fn reached(&self, statistics: &Statistics, batches: u64) -> bool {
-        let Estimate {
-            estimate,
-            std_error,
-            ..
-        } = statistics.preconditioned();
+        let (estimate, std_error) = statistics.preconditioned_error();
         let bound = self.error_of(estimate);
         let fewest = match statistics.replicates() {
             0 => MIN_BATCHES,
@@ -205,21 +201,25 @@ pub enum StopReason {
 /// fn run_alone(job: &dyn Job, options: RunOptions) -> Result<(Vec<Statistics>, StopReason), NotFinite> {
 ///     let mut schedule = Schedule::new(options).expect("options with walks");
 ///     let mut statistics = vec![Statistics::default(); job.goals()];
-///     let mut active: Vec<usize> = (0..job.goals()).collect();
+///     // The first ones of goals that share walks.
+///     let mut active: Vec<usize> = (0..job.goals()).step_by(job.shared()).collect();
 ///     let mut reason = StopReason::Done;
 ///     while !active.is_empty() {
-///         for &goal in &active {
+///         for &first in &active {
 ///             for index in schedule.stage() {
-///                 let mut batch = Batch::new(index, options.batch, options.walks);
-///                 job.run(goal, &mut batch, u64::MAX)?;
-///                 statistics[goal].merge(batch.statistics());
+///                 let mut batches = vec![Batch::new(index, options.batch, options.walks); job.shared()];
+///                 job.run(first, &mut batches, u64::MAX)?;
+///                 for (all, batch) in statistics[first..].iter_mut().zip(&batches) {
+///                     all.merge(batch.statistics());
+///                 }
 ///             }
 ///         }
 ///         schedule.end_stage();
-///         active.retain(|&goal| {
-///             let stop = schedule.stop(&statistics[goal]);
-///             reason = reason.max(stop.unwrap_or(StopReason::Done));
-///             stop.is_none()
+///         active.retain(|&first| {
+///             let goals = &statistics[first..first + job.shared()];
+///             let stops: Option<Vec<_>> = goals.iter().map(|goal| schedule.stop(goal)).collect();
+///             reason = stops.iter().flatten().copied().fold(reason, StopReason::max);
+///             stops.is_none()
 ///         });
 ///         schedule.begin_stage();
 ///     }

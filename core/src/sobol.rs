@@ -5,6 +5,8 @@ use core::marker::PhantomData;
 
 use rand_core::{Rng, SeedableRng, TryRng};
 
+#[cfg(feature = "alloc")]
+use crate::galerkin::MOST_DIMENSIONS;
 use crate::{DefaultGenerator, Generators, WalkNumber, WalkSeeds};
 
 /// The number of draws of a walk that are coordinates of a Sobol' point; what it draws after them is pseudo-random.
@@ -24,7 +26,7 @@ const BITS: usize = 32;
 /// are unbiased. Walks of one replicate depend on each other: error bars come from replicates.
 ///
 /// A [`Batch`](crate::Batch) is a replicate, and the [`Statistics`](crate::Statistics) of its walks count as one sample. The
-/// replicates of a whole function are its [`Replicate`](crate::whole::Replicate)s. A replicate with a power of 2 of walks
+/// replicates of a global estimate are its [`Replicate`](crate::global::Replicate)s. A replicate with a power of 2 of walks
 /// has points that are spread most evenly; 2³² walks are most: further ones begin another randomisation.
 ///
 /// ```
@@ -100,7 +102,8 @@ impl SobolPoint {
 /// The generator of one walk: words whose first 32 bits are coordinates, and then those of G.
 #[derive(Debug)]
 pub struct SobolWalk<'m, G> {
-    point: &'m SobolPoint,
+    coordinates: &'m [u32],
+    seeds: &'m [u32],
     /// The number of draws so far, of those that are coordinates.
     drawn: usize,
     rest: G,
@@ -112,8 +115,8 @@ impl<G: Rng> TryRng for SobolWalk<'_, G> {
     #[inline]
     fn try_next_u64(&mut self) -> Result<u64, Infallible> {
         let word = self.rest.next_u64();
-        let point = self.point.coordinates.get(self.drawn);
-        Ok(match point.zip(self.point.seeds.get(self.drawn)) {
+        let coordinate = self.coordinates.get(self.drawn);
+        Ok(match coordinate.zip(self.seeds.get(self.drawn)) {
             Some((&coordinate, &seed)) => {
                 self.drawn += 1;
                 u64::from(scrambled(coordinate, seed)) << 32 | word >> 32
@@ -169,9 +172,64 @@ impl<G: Rng + SeedableRng> Generators for Sobol<G> {
     {
         memory.go_to(seeds, walk);
         SobolWalk {
-            point: memory,
+            coordinates: &memory.coordinates,
+            seeds: &memory.seeds,
             drawn: 0,
             rest: seeds.with_generator::<G>().generator(walk.walk),
+        }
+    }
+}
+
+/// The most coordinates of a [`Net`].
+#[cfg(feature = "alloc")]
+pub(crate) const NET_COORDINATES: usize = 2 * MOST_DIMENSIONS + 1;
+
+/// The first points of a Sobol' sequence of few coordinates in one randomisation, one after the other: at most 2³².
+#[cfg(feature = "alloc")]
+#[derive(Clone, Debug)]
+pub(crate) struct Net<G = DefaultGenerator> {
+    draws: WalkSeeds<G>,
+    /// The number of the randomisation.
+    unit: u64,
+    index: u64,
+    used: usize,
+    coordinates: [u32; NET_COORDINATES],
+    seeds: [u32; NET_COORDINATES],
+}
+
+#[cfg(feature = "alloc")]
+impl<G: Rng + SeedableRng> Net<G> {
+    /// The points of so many coordinates.
+    pub(crate) fn new(draws: &WalkSeeds<G>, unit: u64, coordinates: usize) -> Self {
+        let mut seeds = [0; NET_COORDINATES];
+        for (c, seed) in (0..).zip(seeds.iter_mut().take(coordinates)) {
+            *seed = (draws.word(unit, c) >> 32) as u32;
+        }
+        Self {
+            draws: *draws,
+            unit,
+            index: 0,
+            used: coordinates.min(NET_COORDINATES),
+            coordinates: [0; NET_COORDINATES],
+            seeds,
+        }
+    }
+
+    /// The draws of the next point: its coordinates, and pseudo-random numbers after them.
+    #[inline]
+    pub(crate) fn next(&mut self) -> SobolWalk<'_, G> {
+        let index = self.index;
+        if let Some(steps) = STEPS.get(index.trailing_zeros() as usize) {
+            for (coordinate, step) in self.coordinates.iter_mut().zip(steps) {
+                *coordinate ^= step;
+            }
+        }
+        self.index += 1;
+        SobolWalk {
+            coordinates: self.coordinates.get(..self.used).unwrap_or(&[]),
+            seeds: &self.seeds,
+            drawn: 0,
+            rest: self.draws.generator((self.unit << BITS) | index),
         }
     }
 }

@@ -49,10 +49,6 @@ pub struct Statistics {
     zeta: Moments,
     /// Σ (plain − its mean)(control − its mean).
     cross: f64,
-    /// The standard error of (v, Φ): see [`Batch::set_control_error`](crate::Batch::set_control_error).
-    // In single precision beside the next one: devices count the bytes.
-    #[cfg_attr(feature = "serde", serde(default))]
-    control_error: f32,
     /// The number of independent samples, if they are replicates and not walks; 0: walks are.
     #[cfg_attr(feature = "serde", serde(default))]
     replicates: u32,
@@ -134,12 +130,7 @@ impl Statistics {
         let control = self.control.merge(&other.control, share, weight);
         self.zeta.merge(&other.zeta, share, weight);
         self.cross += other.cross + plain * control * weight;
-        self.control_error = Real::max(self.control_error, other.control_error);
         self.replicates = self.replicates.saturating_add(other.replicates);
-    }
-
-    pub(crate) const fn set_control_error(&mut self, error: f64) {
-        self.control_error = error as f32;
     }
 
     /// Makes these walks one sample, that of a replicate: walks that depend on each other tell of its error by nothing but
@@ -158,12 +149,6 @@ impl Statistics {
         self.replicates
     }
 
-    /// The standard error of (v, Φ), which more walks do not lower; 0 if (v, Φ) is known.
-    #[must_use]
-    pub const fn control_error(&self) -> f64 {
-        self.control_error as f64
-    }
-
     /// n_other/n and n_self n_other/n.
     fn shares(&self, other: &Self) -> (f64, f64) {
         let (n_self, n_other) = (self.walks as f64, other.walks as f64);
@@ -173,8 +158,8 @@ impl Statistics {
 
     /// The statistics in 96 bytes: as little-endian words the numbers of walks, of states, of walks
     /// that left, that met the step limit and that scored; then mean and sum of squared deviations
-    /// of η(k,f), of η(h,g) − (v,Φ) and of ζ; then the sum of the products of deviations. Without the error of
-    /// (v,Φ), which is the goal's and not the walks', and the number of replicates.
+    /// of η(k,f), of η(h,g) − (v,Φ) and of ζ; then the sum of the products of deviations. Without the
+    /// number of replicates.
     #[must_use]
     pub fn to_bytes(&self) -> [u8; Self::BYTES] {
         let counts = [
@@ -220,7 +205,6 @@ impl Statistics {
             control,
             zeta,
             cross: float(),
-            control_error: 0.0,
             replicates: 0,
         };
         // `terminations` subtracts the two.
@@ -265,14 +249,20 @@ impl Statistics {
         self.estimate(&self.plain, !nothing)
     }
 
-    /// The preconditioned estimate (11): the mean of ζ = (v,Φ) + η(k,f) − η(h,g). Its error is that of the walks and
-    /// that of (v,Φ), which do not depend on each other.
-    // Not a call of its own, nor is the error of (v, Φ) below: the deepest stack of a device is here.
-    #[inline(always)]
+    /// The preconditioned estimate (11): the mean of ζ = (v,Φ) + η(k,f) − η(h,g).
     #[must_use]
     pub fn preconditioned(&self) -> Estimate {
         let samples = (self.walks, self.replicates);
-        estimate(samples, &self.zeta, self.scored > 0, self.control_error)
+        estimate(samples, &self.zeta, self.scored > 0)
+    }
+
+    /// The preconditioned estimate, and its standard error from two walks on of which one has scored: bit for bit those of
+    /// [`preconditioned`](Self::preconditioned).
+    pub(crate) fn preconditioned_error(&self) -> (f64, Option<f64>) {
+        let samples = samples(self.walks, self.replicates);
+        let has_error = samples > 1 && self.scored > 0;
+        let error = has_error.then(|| std_error(self.zeta.squares, samples, self.walks));
+        (self.zeta.mean, error)
     }
 
     /// The preconditioned estimate of these walks and those of `other`, to the bit what
@@ -289,9 +279,8 @@ impl Statistics {
         let mut zeta = self.zeta;
         zeta.merge(&other.zeta, share, weight);
         let scored = self.scored > 0 || other.scored > 0;
-        let error = Real::max(self.control_error, other.control_error);
         let replicates = self.replicates.saturating_add(other.replicates);
-        estimate((self.walks + other.walks, replicates), &zeta, scored, error)
+        estimate((self.walks + other.walks, replicates), &zeta, scored)
     }
 
     /// The mean of η(h,g) − (v,Φ). Its expectation is 0, so that it tests the neighbour equation.
@@ -308,7 +297,7 @@ impl Statistics {
     }
 
     fn estimate(&self, moments: &Moments, scored: bool) -> Estimate {
-        estimate((self.walks, self.replicates), moments, scored, 0.0)
+        estimate((self.walks, self.replicates), moments, scored)
     }
 }
 
@@ -322,28 +311,26 @@ const fn samples(walks: u64, replicates: u32) -> u64 {
     }
 }
 
-/// `control_error` is a standard error besides that of the walks; 0 leaves every bit as it is.
-fn estimate(
-    (walks, replicates): (u64, u32),
-    moments: &Moments,
-    scored: bool,
-    control_error: f32,
-) -> Estimate {
+/// The standard error of a mean over so many walks, from the squares of the deviations of so many samples.
+// Out of line: the deepest stack of a device is here, where square roots are software.
+#[inline(never)]
+fn std_error(squares: f64, samples: u64, walks: u64) -> f64 {
+    std_dev(squares, samples) / (walks as f64).sqrt()
+}
+
+/// The standard deviation of a score.
+#[inline(always)]
+fn std_dev(squares: f64, samples: u64) -> f64 {
+    (squares / (samples - 1) as f64).sqrt()
+}
+
+fn estimate((walks, replicates): (u64, u32), moments: &Moments, scored: bool) -> Estimate {
     let samples = samples(walks, replicates);
-    let std_dev = (samples > 1).then(|| (moments.squares / (samples - 1) as f64).sqrt());
+    let std_dev = (samples > 1).then(|| std_dev(moments.squares, samples));
     let std_error = std_dev.filter(|_| scored);
-    let std_error = std_error.map(|deviation| {
-        let error = deviation / (walks as f64).sqrt();
-        if control_error == 0.0 {
-            error
-        } else {
-            let control_error = f64::from(control_error);
-            (error * error + control_error * control_error).sqrt()
-        }
-    });
     Estimate {
         estimate: moments.mean,
-        std_error,
+        std_error: std_error.map(|deviation| deviation / (walks as f64).sqrt()),
         std_dev,
     }
 }
@@ -421,31 +408,6 @@ mod tests {
                 all.plain().std_dev.unwrap() / n.sqrt()
             ));
         }
-    }
-
-    #[test]
-    fn the_error_of_the_control_is_in_the_bar_of_zeta_alone() {
-        let mut parts = [Statistics::default(), Statistics::default()];
-        for (part, scores) in parts.iter_mut().zip([[1.0, 3.0], [2.0, 6.0]]) {
-            for score in scores {
-                part.push(&walk(score, 0.5), 0.0, 0.0);
-            }
-        }
-        let [one, other] = &mut parts;
-        let walks = one.preconditioned_with(other).std_error.unwrap();
-        let mut all = *one;
-        all.merge(other);
-        one.set_control_error(0.5);
-        let expected = (walks * walks + 0.25).sqrt();
-        let both = one.preconditioned_with(other);
-        one.merge(other);
-        for found in [both, one.preconditioned()] {
-            assert!(close(found.std_error.unwrap(), expected));
-            // The deviation of a walk knows nothing of it.
-            assert!(close(found.std_dev.unwrap(), 2.0 * walks));
-        }
-        assert_eq!(one.control_error(), 0.5);
-        assert_eq!(one.plain(), all.plain());
     }
 
     #[test]

@@ -8,7 +8,7 @@ use crate::Real;
 
 /// A source of uniform numbers in [0, 1).
 ///
-/// A step of a walk is a pure function of its state and of the numbers drawn here, so a sampler
+/// A step of a walk is a pure function of its state and of the numbers drawn here, so a chain
 /// is tested with numbers of one's own choice, and a quasi-random sequence can take the place of
 /// a generator.
 ///
@@ -140,7 +140,7 @@ impl<G> WalkSeeds<G> {
 }
 
 /// The number of a walk, and its place among those that depend on each other if walks do: in batches, or in the replicates of
-/// a whole function.
+/// a global estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WalkNumber {
     /// The number of the walk, among all walks of its goal.

@@ -6,12 +6,11 @@ use std::time::Instant;
 
 use fredholm::model::Request;
 use fredholm::{CubeModel, Goal, Model, Partitioned, Region, Settings, System};
-use fredholm_core::galerkin::{Dense, DiagonalRule, PairKind, Partition, Piecewise};
+use fredholm_core::galerkin::{Cells, Dense, DiagonalRule, PairKind, Piecewise, Solution};
 use fredholm_core::{Form, Goals, Job, Real, RunOptions, WalkOptions};
-use fredholm_cube::{Cube, KernelFn, Mean, Rule, ScalarField, table};
+use fredholm_cube::{Cube, CubeRule, KernelFn, Mean, ScalarField};
 use fredholm_rayon::run;
 
-const ABSORPTION: f64 = 0.2;
 const WALKS: u64 = 20_000;
 /// Runs of each way.
 const ROUNDS: usize = 300;
@@ -66,20 +65,20 @@ fn by_trait<K, const D: usize>(
 ) where
     K: KernelFn<f64, D> + Copy + Sync,
 {
-    let cube = Cube::<f64, D, _, _>::new(kernel, Rising, per_axis, ABSORPTION).unwrap();
-    let rule = Rule::new(1).unwrap();
-    let entries = table(&cube, rule).unwrap();
+    let cube = Cube::<f64, D, _, _>::new(kernel, Rising, per_axis).unwrap();
+    let rule = CubeRule::new(&cube, 0, 1).unwrap();
+    let entries = rule.table(&kernel).unwrap();
     let dense = Dense::new(&entries, cube.cells(), 1).unwrap();
-    let solution = cube.solve(&dense, rule, 1e-14, 1000).unwrap();
+    let solution = Solution::new(&dense, rule.means(&Rising).unwrap(), 1e-14, 1000).unwrap();
     let all = DiagonalRule {
         diagonal: PairKind::Galerkin,
     };
     let vectors = solution.for_walks::<f64, _>(&dense, all).unwrap();
     let neighbour: Piecewise<'_, _, _, _, _, _, 1> = vectors.piecewise(&cube, &dense).unwrap();
-    let goals = [fredholm_core::Goal {
-        functional: Mean,
-        control_mean: Some(Mean::of(vectors.v())),
-    }];
+    let goals = [fredholm_core::Goal::new(
+        Mean,
+        Some(Mean::of(vectors.v(), 1)),
+    )];
     let walk = WalkOptions {
         form,
         ..WalkOptions::default()
@@ -91,7 +90,6 @@ fn by_trait<K, const D: usize>(
 fn by_closure(model: &CubeModel, per_axis: usize, form: Form, then: &mut dyn FnMut(&dyn Job)) {
     let settings = Settings {
         cells: Some(per_axis),
-        absorption: Some(ABSORPTION),
         form: Some(form),
         ..Settings::default()
     };
@@ -102,7 +100,7 @@ fn by_closure(model: &CubeModel, per_axis: usize, form: Form, then: &mut dyn FnM
         only_u: true,
     };
     let cells: Box<dyn Partitioned<'_>> = model.partition(&settings.discretisation()).unwrap();
-    let system: Box<dyn System> = cells.solve(ABSORPTION).unwrap();
+    let system: Box<dyn System> = cells.solve().unwrap();
     let done = system.job(&request, &mut |prepared| {
         then(prepared.job);
         Ok(())

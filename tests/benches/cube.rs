@@ -4,13 +4,14 @@
 use core::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use fredholm_core::galerkin::{Coefficients, Dense, DiagonalRule, PairKind, Partition, Piecewise};
+use fredholm_core::galerkin::{
+    Cells, Coefficients, Dense, DiagonalRule, PairKind, Piecewise, Solution, buffer, functions,
+};
 use fredholm_core::{
-    Goal, Goals, Neighbour, Real, RngUniforms, RunOptions, Uniforms, WalkOptions, WalkSeeds,
+    Absorption, Estimator, Form, Goal, Goals, Neighbour, Real, RngUniforms, RunOptions, Uniforms,
+    WalkOptions, WalkSeeds,
 };
-use fredholm_cube::{
-    Cube, KernelFactors, Mean, Product, ProductTables, Rule, empty_table, functions,
-};
+use fredholm_cube::{Cube, CubeRule, KernelFactors, Mean, ScalarField};
 use fredholm_rayon::{fill_rows, run};
 
 const PER_AXIS: usize = 10;
@@ -20,6 +21,18 @@ const WALKS: u64 = 400_000;
 const ALL: DiagonalRule = DiagonalRule {
     diagonal: PairKind::Galerkin,
 };
+
+/// Walks of the paper.
+fn options() -> WalkOptions {
+    WalkOptions {
+        absorption: Absorption::Constant {
+            probability: ABSORPTION,
+            estimator: Estimator::Absorption,
+        },
+        form: Form::Product,
+        ..WalkOptions::default()
+    }
+}
 
 /// ½ exp(−|x − y|²) as a product.
 #[derive(Clone, Copy, Debug)]
@@ -45,11 +58,19 @@ fn source(x: &[f64; 3]) -> f64 {
 type Kernel = fn(&[f64; 3], &[f64; 3]) -> f64;
 type Source = fn(&[f64; 3]) -> f64;
 
-fn table(cube: &Cube<f64, 3, Kernel, Source>, points: usize) -> Vec<f64> {
-    let rule = Rule::new(points).unwrap();
-    let mut entries = empty_table(CELLS).unwrap();
-    fill_rows(&mut entries, CELLS, |i, row| cube.fill_row(rule, i, row)).unwrap();
+fn table(rule: &CubeRule<3>) -> Vec<f64> {
+    let mut entries = buffer(CELLS * CELLS).unwrap();
+    fill_rows(&mut entries, CELLS, |i, row| rule.fill_row(&gauss, i, row)).unwrap();
     entries
+}
+
+/// The Galerkin solution with these coefficients.
+fn solution<const D: usize>(
+    rule: &CubeRule<D>,
+    matrix: &dyn fredholm_core::galerkin::GalerkinMatrix<Scalar = f64>,
+    source: &dyn ScalarField<f64, D>,
+) -> Solution {
+    Solution::new(matrix, rule.means(source).unwrap(), 1e-14, 1000).unwrap()
 }
 
 /// Points per axis of the rules that are timed; 1 is what piecewise constants need.
@@ -57,22 +78,21 @@ fn set_up(c: &mut Criterion) {
     let mut group = c.benchmark_group("cube, set-up");
     group.sample_size(10);
     for points in [1, 2] {
-        let rule = Rule::new(points).unwrap();
+        let cube = Cube::<f64, 3, _, _>::new(gauss, source, PER_AXIS).unwrap();
         group.bench_function(BenchmarkId::new("general", points), |b| {
             b.iter(|| {
-                let (kernel, source): (Kernel, Source) = (gauss, source);
-                let cube = Cube::new(kernel, source, PER_AXIS, ABSORPTION).unwrap();
-                let entries = table(&cube, points);
+                let rule = CubeRule::new(&cube, 0, points).unwrap();
+                let entries = table(&rule);
                 let dense = Dense::new(&entries, CELLS, 1).unwrap();
-                let solution = cube.solve(&dense, rule, 1e-14, 1000).unwrap();
+                let solution = solution(&rule, &dense, &source);
                 solution.source::<f64>(&dense, &ALL).unwrap()
             });
         });
         group.bench_function(BenchmarkId::new("product", points), |b| {
             b.iter(|| {
-                let cube = Cube::new(Product(Factors), source, PER_AXIS, ABSORPTION).unwrap();
-                let tables = ProductTables::new(&cube, rule).unwrap();
-                let solution = cube.solve(&tables, rule, 1e-14, 1000).unwrap();
+                let rule = CubeRule::new(&cube, 0, points).unwrap();
+                let tables = rule.product_tables(&Factors).unwrap();
+                let solution = solution(&rule, &tables, &source);
                 solution.source::<f64>(&tables, &ALL).unwrap()
             });
         });
@@ -82,11 +102,10 @@ fn set_up(c: &mut Criterion) {
 
 /// v and G with these coefficients.
 fn solved<C: Coefficients<Scalar = f64>>(
-    cube: &Cube<f64, 3, Kernel, Source>,
+    rule: &CubeRule<3>,
     coefficients: &C,
 ) -> (Vec<f64>, Vec<f64>) {
-    let rule = Rule::new(1).unwrap();
-    let solution = cube.solve(coefficients, rule, 1e-14, 1000).unwrap();
+    let solution = solution(rule, coefficients, &source);
     let g = solution.source::<f64>(coefficients, &ALL).unwrap();
     (solution.v, g)
 }
@@ -98,11 +117,8 @@ fn engine<C: Coefficients<Scalar = f64> + Sync>(
     (v, g): &(Vec<f64>, Vec<f64>),
 ) -> (f64, u64) {
     let neighbour = Piecewise::new(cube, coefficients, ALL, v, g).unwrap();
-    let goals = [Goal {
-        functional: Mean,
-        control_mean: Some(Mean::of(v)),
-    }];
-    let job = Goals::new(cube, &neighbour, &goals, WalkOptions::default());
+    let goals = [Goal::new(Mean, Some(Mean::of(v, 1)))];
+    let job = Goals::new(cube, &neighbour, &goals, options());
     let outcome = run(&job, &RunOptions::new(WALKS), None, &()).unwrap();
     let statistics = &outcome.statistics[0];
     (statistics.preconditioned().estimate, statistics.states())
@@ -141,14 +157,14 @@ fn straightforward(entries: &[f64], v: &[f64], g: &[f64]) -> (f64, u64) {
 fn walks(c: &mut Criterion) {
     let mut group = c.benchmark_group("cube, a state");
     group.sample_size(10);
-    let cube = Cube::<f64, 3, Kernel, Source>::new(gauss, source, PER_AXIS, ABSORPTION).unwrap();
-    let entries = table(&cube, 1);
+    let cube = Cube::<f64, 3, Kernel, Source>::new(gauss, source, PER_AXIS).unwrap();
+    let rule = CubeRule::new(&cube, 0, 1).unwrap();
+    let entries = table(&rule);
     let dense = Dense::new(&entries, CELLS, 1).unwrap();
-    let product = Cube::new(Product(Factors), source, PER_AXIS, ABSORPTION).unwrap();
-    let tables = ProductTables::new(&product, Rule::new(1).unwrap()).unwrap();
+    let tables = rule.product_tables(&Factors).unwrap();
     assert_eq!(cube.cells(), CELLS);
-    let by_table = solved(&cube, &dense);
-    let by_product = solved(&cube, &tables);
+    let by_table = solved(&rule, &dense);
+    let by_product = solved(&rule, &tables);
     let (estimate, visited) = engine(&cube, &dense, &by_table);
     // All estimate the same, and draw the same numbers.
     let first = straightforward(&entries, &by_table.0, &by_table.1);
@@ -182,27 +198,23 @@ fn degrees(c: &mut Criterion) {
             scale * Real::exp(-(x - y) * (x - y))
         };
         let source = |x: &[f64; D]| 1.0 + x[0];
-        let cube = Cube::new(kernel, source, per_axis, ABSORPTION).unwrap();
+        let cube = Cube::new(kernel, source, per_axis).unwrap();
         let cube = cube.with_functions::<B>();
-        let product = Cube::new(Product(factors), source, per_axis, ABSORPTION).unwrap();
-        let product = product.with_functions::<B>();
-        let rule = Rule::new(cube.degree() + 1).unwrap();
-        let tables = ProductTables::new(&product, rule).unwrap();
-        let solution = product.solve(&tables, rule, 1e-14, 1000).unwrap();
+        let rule = CubeRule::new(&cube, cube.degree(), cube.degree() + 1).unwrap();
+        let tables = rule.product_tables(&factors).unwrap();
+        let solution = solution(&rule, &tables, &source);
         let g = solution.source::<f64>(&tables, &ALL).unwrap();
-        let entries = fredholm_cube::table(&cube, rule).unwrap();
+        let entries = rule.table(&kernel).unwrap();
         let dense = Dense::new(&entries, cube.cells(), B).unwrap();
         let by_table = Piecewise::new(&cube, &dense, ALL, &solution.v, &g).unwrap();
         let by_axes = Piecewise::new(&cube, &tables, ALL, &solution.v, &g).unwrap();
-        let goals = [Goal {
-            functional: Mean,
-            control_mean: Some(Mean::of_blocks::<f64, B>(&solution.v)),
-        }];
-        let states = |neighbour: &(dyn Neighbour<Scalar = f64, Point = [f64; D]> + Sync)| {
-            let job = Goals::new(&cube, neighbour, &goals, WalkOptions::default());
-            let outcome = run(&job, &RunOptions::new(10_000), None, &()).unwrap();
-            outcome.statistics[0].states()
-        };
+        let goals = [Goal::new(Mean, Some(Mean::of(&solution.v, B)))];
+        let states =
+            |neighbour: &(dyn Neighbour<Scalar = f64, Point = [f64; D], Value = f64> + Sync)| {
+                let job = Goals::new(&cube, neighbour, &goals, options());
+                let outcome = run(&job, &RunOptions::new(10_000), None, &()).unwrap();
+                outcome.statistics[0].states()
+            };
         let mut group = c.benchmark_group(format!("cube, d = {D}, a state by degree"));
         group.sample_size(10);
         group.throughput(Throughput::Elements(states(&by_table)));

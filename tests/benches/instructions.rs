@@ -1,7 +1,7 @@
 //! A program for an instruction counter: runs one loop, so that two runs of different length tell
 //! the instructions of a state without those of the set-up. `.ci/instructions` calls it.
 //!
-//! Arguments: engine|lanes|specialised, cells, walks. Prints the number of states.
+//! Arguments: engine|specialised, cells, walks. Prints the number of states.
 
 mod loops;
 
@@ -13,14 +13,13 @@ fn main() {
         .filter(|a| a != "--bench")
         .collect();
     let [name, cells, walks] = &arguments[..] else {
-        eprintln!("usage: instructions engine|lanes|specialised CELLS WALKS");
+        eprintln!("usage: instructions engine|specialised CELLS WALKS");
         return;
     };
     let setup = Setup::new(cells.parse().expect("a number of cells"));
     let walks = walks.parse().expect("a number of walks");
     let states = match name.as_str() {
         "engine" => setup.engine(walks).states(),
-        "lanes" => setup.lanes(walks).states(),
         "specialised" => Specialised::new(&setup).run(walks).2,
         other => panic!("no loop is called {other}"),
     };

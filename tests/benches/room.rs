@@ -4,10 +4,9 @@
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use fredholm_core::{
-    Batch, DefaultGenerator, Estimator, Form, Length, RngUniforms, Sampler, Task, Uniforms,
-    WalkSeeds,
+    Batch, Chain, DefaultGenerator, Goal, Goals, Job, RngUniforms, Uniforms, WalkOptions, WalkSeeds,
 };
-use fredholm_room::{Choice, Grading, MeanOver, Mesh, Room, Tables, VisibilityTable};
+use fredholm_room::{Choice, Grading, MeanOver, Mesh, Tables, VisibilityTable};
 use fredholm_tests::room::{Drawing, Setup, crowd, furnished, polygon};
 use parry2d_f64::math::Vector;
 use parry2d_f64::query::{Ray, RayCast};
@@ -17,15 +16,9 @@ const RAYS: usize = 10_000;
 
 /// What a walk casts: wall, origin, direction.
 fn rays(tables: &Tables<f64>) -> Vec<(u32, [f64; 2], [f64; 2])> {
-    let room = Room::new(
-        tables.geometry(),
-        tables.cells(),
-        VisibilityTable::none(),
-        0.2,
-    )
-    .unwrap();
+    let room = tables.room(VisibilityTable::none());
     let mut uniforms = RngUniforms(WalkSeeds::<DefaultGenerator>::new(1, 0).generator(0));
-    let mut x = room.point(0, 0.4).unwrap();
+    let mut x = room.on_wall(0, 0.4).unwrap();
     (0..RAYS)
         .map(|_| {
             let from = x;
@@ -117,22 +110,15 @@ fn degrees(c: &mut Criterion) {
         let mut group = c.benchmark_group("furnished room, a state by degree");
         group.sample_size(10);
         for choice in [Choice::Default, Choice::Paper] {
-            setup.with_polynomials::<f64, _>(choice, |polynomials, neighbour, v, lengths| {
-                let room = polynomials.room();
-                let mean = MeanOver::new(room, lengths, 0..lengths.len() - 1).unwrap();
-                let task = Task {
-                    equation: room,
-                    neighbour,
-                    functional: &mean,
-                    control_mean: Some(mean.of(v)),
-                    estimator: Estimator::Absorption,
-                    form: Form::Product,
-                    seeds: <WalkSeeds>::new(1, 0),
-                    length: Length::default(),
-                };
+            setup.with::<f64, _>(choice, |room, neighbour, v| {
+                let mean = MeanOver::everything(room);
+                let value = mean.of(v);
+                let goals = [Goal::new(mean, Some(value))];
+                let job = Goals::new(room, neighbour, &goals, WalkOptions::default());
                 let run = || {
                     let mut batch = Batch::new(0, 10_000, 10_000);
-                    batch.run(&task, u64::MAX).unwrap();
+                    job.run(0, core::slice::from_mut(&mut batch), u64::MAX)
+                        .unwrap();
                     *batch.statistics()
                 };
                 group.throughput(Throughput::Elements(run().states()));

@@ -7,8 +7,9 @@ use criterion::measurement::WallTime;
 use criterion::{
     BenchmarkGroup, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main,
 };
-use fredholm_core::{At, Batch, Estimator, Form, Length, Task, WalkSeeds};
-use fredholm_tests::circle::{DEFAULT, LIGHT, with_polynomials};
+use fredholm_core::{At, Batch, Estimator, Goal, Goals, Job};
+use fredholm_tests::circle::{DEFAULT, LIGHT, RHO, with_polynomials};
+use fredholm_tests::paper;
 use loops::{Setup, Specialised};
 
 const WALKS: u64 = 20_000;
@@ -34,10 +35,6 @@ fn circle(c: &mut Criterion) {
         group.bench_function(BenchmarkId::new("engine", n), |b| {
             b.iter(|| setup.engine(WALKS));
         });
-        assert_eq!(setup.lanes(WALKS), statistics);
-        group.bench_function(BenchmarkId::new("lanes", n), |b| {
-            b.iter(|| setup.lanes(WALKS));
-        });
         group.bench_function(BenchmarkId::new("specialised", n), |b| {
             b.iter(|| specialised.run(WALKS));
         });
@@ -51,32 +48,18 @@ fn circle(c: &mut Criterion) {
 /// A state by degree, with 1,000 unknowns in all.
 fn degrees(c: &mut Criterion) {
     fn of_degree<const B: usize>(group: &mut BenchmarkGroup<'_, WallTime>) {
-        let rho = [0.3, 0.7, 0.0, 0.55, 0.74];
-        with_polynomials::<f64, _, _, _, B>(
-            &rho,
-            1000 / B / 5 * 5,
-            LIGHT,
-            DEFAULT,
-            |circle, n, _| {
-                let task = Task {
-                    equation: circle,
-                    neighbour: n,
-                    functional: &At(circle.point(0.3)),
-                    control_mean: Some(0.0),
-                    estimator: Estimator::Absorption,
-                    form: Form::Product,
-                    seeds: <WalkSeeds>::new(1, 0),
-                    length: Length::default(),
-                };
-                let run = || {
-                    let mut batch = Batch::new(0, WALKS, WALKS);
-                    batch.run(&task, u64::MAX).unwrap();
-                    *batch.statistics()
-                };
-                group.throughput(Throughput::Elements(run().states()));
-                group.bench_function(BenchmarkId::new("degree", B - 1), |b| b.iter(run));
-            },
-        );
+        let cells = 1000 / B / 5 * 5;
+        with_polynomials::<f64, _, _, _, B>(&RHO, cells, LIGHT, DEFAULT, |circle, neighbour, _| {
+            let goals = [Goal::new(At(circle.point(0.3)), Some(0.0))];
+            let job = Goals::new(circle, neighbour, &goals, paper(Estimator::Absorption, 1));
+            let run = || {
+                let mut batches = [Batch::new(0, WALKS, WALKS)];
+                job.run(0, &mut batches, u64::MAX).unwrap();
+                *batches[0].statistics()
+            };
+            group.throughput(Throughput::Elements(run().states()));
+            group.bench_function(BenchmarkId::new("degree", B - 1), |b| b.iter(run));
+        });
     }
     let mut group = c.benchmark_group("circle, a state by degree");
     // Piecewise constants through the code of all degrees; the engine above is their own.

@@ -1,27 +1,27 @@
 //! A problem that counts what walks ask of it.
 
-use core::cell::Cell;
 use core::fmt;
+use core::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use fredholm_core::galerkin::{
-    Basis, Coefficients, GalerkinMatrix, PairIntegral, Partition, TransitionMoments,
+    Basis, Cells, Coefficients, GalerkinMatrix, PairIntegral, TransitionMoments,
 };
-use fredholm_core::{Kernel, Located, Neighbour, Sampler, Source, StateSpace, Uniforms};
+use fredholm_core::{Chain, Equation, Located, Neighbour, Space, Uniforms};
 
 /// How often something was evaluated.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub struct Counts {
-    uniforms: Cell<u64>,
-    steps: Cell<u64>,
-    kernels: Cell<u64>,
-    sources: Cell<u64>,
-    located: Cell<u64>,
-    neighbour_kernels: Cell<u64>,
-    neighbour_sources: Cell<u64>,
-    coefficients: Cell<u64>,
-    moments: Cell<u64>,
-    bases: Cell<u64>,
-    integrals: Cell<u64>,
+    uniforms: AtomicU64,
+    steps: AtomicU64,
+    kernels: AtomicU64,
+    sources: AtomicU64,
+    located: AtomicU64,
+    neighbour_kernels: AtomicU64,
+    neighbour_sources: AtomicU64,
+    coefficients: AtomicU64,
+    moments: AtomicU64,
+    bases: AtomicU64,
+    integrals: AtomicU64,
 }
 
 /// The names of the columns of [`Counts`].
@@ -32,10 +32,10 @@ pub const COLUMNS: [&str; 11] = [
 impl Counts {
     /// Nothing was counted.
     pub fn reset(&self) {
-        self.all().iter().for_each(|cell| cell.set(0));
+        self.all().iter().for_each(|count| count.store(0, Relaxed));
     }
 
-    const fn all(&self) -> [&Cell<u64>; COLUMNS.len()] {
+    const fn all(&self) -> [&AtomicU64; COLUMNS.len()] {
         [
             &self.uniforms,
             &self.steps,
@@ -52,15 +52,15 @@ impl Counts {
     }
 }
 
-fn count(cell: &Cell<u64>) {
-    cell.set(cell.get() + 1);
+fn count(of: &AtomicU64) {
+    of.fetch_add(1, Relaxed);
 }
 
 impl fmt::Display for Counts {
     /// Uniform numbers, steps, k, F, located points, h, G, blocks of K', transition moments, bases, integrals of K.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for cell in self.all() {
-            write!(f, " {:>8}", cell.get())?;
+        for count in self.all() {
+            write!(f, " {:>8}", count.load(Relaxed))?;
         }
         Ok(())
     }
@@ -94,15 +94,12 @@ impl<F, U: Uniforms<F>> Uniforms<F> for CountedUniforms<'_, U> {
     }
 }
 
-impl<P: StateSpace> StateSpace for Counted<'_, P> {
+impl<P: Space> Space for Counted<'_, P> {
     type Scalar = P::Scalar;
     type Point = P::Point;
 }
 
-impl<P: Sampler> Sampler for Counted<'_, P> {
-    fn absorption(&self, x: &P::Point) -> P::Scalar {
-        self.inner.absorption(x)
-    }
+impl<P: Chain> Chain for Counted<'_, P> {
     fn step<U: Uniforms<P::Scalar>>(&self, x: &P::Point, uniforms: &mut U) -> Option<P::Point> {
         count(&self.counts.steps);
         let mut uniforms = CountedUniforms {
@@ -113,27 +110,46 @@ impl<P: Sampler> Sampler for Counted<'_, P> {
     }
 }
 
-impl<P: Kernel> Kernel for Counted<'_, P> {
-    fn kernel(&self, x: &P::Point, y: &P::Point) -> P::Scalar {
+impl<P: Equation> Equation for Counted<'_, P> {
+    type Value = P::Value;
+
+    fn kernel(&self, x: &P::Point, y: &P::Point) -> P::Value {
         count(&self.counts.kernels);
         self.inner.kernel(x, y)
     }
-}
-
-impl<P: Source> Source for Counted<'_, P> {
-    fn source(&self, x: &P::Point) -> P::Scalar {
+    fn source<U: Uniforms<P::Scalar>>(&self, x: &P::Point, uniforms: &mut U) -> P::Value {
         count(&self.counts.sources);
-        self.inner.source(x)
+        self.inner.source(x, uniforms)
+    }
+    fn channels(&self) -> usize {
+        self.inner.channels()
+    }
+    fn size(&self, x: &P::Point) -> P::Scalar {
+        self.inner.size(x)
     }
 }
 
-impl<P: Partition> Partition for Counted<'_, P> {
+impl<P: Cells> Cells for Counted<'_, P> {
+    const DIMENSION: usize = P::DIMENSION;
+
     fn cells(&self) -> usize {
         self.inner.cells()
     }
     fn locate(&self, x: &P::Point) -> usize {
         count(&self.counts.located);
         self.inner.locate(x)
+    }
+    fn measure(&self, cell: usize) -> f64 {
+        self.inner.measure(cell)
+    }
+    fn point(&self, cell: usize, t: &[f64]) -> P::Point {
+        self.inner.point(cell, t)
+    }
+    fn parameters(&self, x: &Located<P::Point>, t: &mut [P::Scalar]) {
+        self.inner.parameters(x, t);
+    }
+    fn at(&self, coordinates: &[f64]) -> Option<P::Point> {
+        self.inner.at(coordinates)
     }
 }
 
@@ -161,28 +177,13 @@ impl<P: TransitionMoments<B>, const B: usize> TransitionMoments<B> for Counted<'
 }
 
 impl<P: PairIntegral<B>, const B: usize> PairIntegral<B> for Counted<'_, P> {
-    fn pair_integral(&self, x: &Located<P::Point>, j: usize) -> [P::Scalar; B] {
+    fn pair_integral(&self, x: &Located<P::Point>, j: usize) -> [P::Value; B] {
         count(&self.counts.integrals);
         self.inner.pair_integral(x, j)
     }
 }
 
-/// Coefficients, counted.
-#[derive(Debug)]
-pub struct CountedCoefficients<'a, C> {
-    inner: &'a C,
-    counts: &'a Counts,
-}
-
-impl<'a, C> CountedCoefficients<'a, C> {
-    /// The same as `inner`, counted in `counts`.
-    #[must_use]
-    pub const fn new(inner: &'a C, counts: &'a Counts) -> Self {
-        Self { inner, counts }
-    }
-}
-
-impl<C: GalerkinMatrix> GalerkinMatrix for CountedCoefficients<'_, C> {
+impl<C: GalerkinMatrix> GalerkinMatrix for Counted<'_, C> {
     type Scalar = C::Scalar;
 
     fn cells(&self) -> usize {
@@ -196,46 +197,31 @@ impl<C: GalerkinMatrix> GalerkinMatrix for CountedCoefficients<'_, C> {
     }
 }
 
-impl<C: Coefficients<B>, const B: usize> Coefficients<B> for CountedCoefficients<'_, C> {
+impl<C: Coefficients<B>, const B: usize> Coefficients<B> for Counted<'_, C> {
     fn left_times_block(&self, i: usize, j: usize, left: &[C::Scalar; B]) -> [C::Scalar; B] {
         count(&self.counts.coefficients);
         self.inner.left_times_block(i, j, left)
     }
 }
 
-/// A neighbour equation, counted.
-#[derive(Debug)]
-pub struct CountedNeighbour<'a, N> {
-    inner: &'a N,
-    counts: &'a Counts,
-}
+impl<N: Neighbour> Neighbour for Counted<'_, N> {
+    type Value = N::Value;
 
-impl<'a, N> CountedNeighbour<'a, N> {
-    /// The same as `inner`, counted in `counts`.
-    #[must_use]
-    pub const fn new(inner: &'a N, counts: &'a Counts) -> Self {
-        Self { inner, counts }
-    }
-}
-
-impl<N: StateSpace> StateSpace for CountedNeighbour<'_, N> {
-    type Scalar = N::Scalar;
-    type Point = N::Point;
-}
-
-impl<N: Neighbour> Neighbour for CountedNeighbour<'_, N> {
     fn locate(&self, x: N::Point) -> Located<N::Point> {
         self.inner.locate(x)
     }
-    fn kernel(&self, x: &Located<N::Point>, y: &Located<N::Point>, k: N::Scalar) -> N::Scalar {
+    fn kernel(&self, x: &Located<N::Point>, y: &Located<N::Point>, k: &N::Value) -> N::Value {
         count(&self.counts.neighbour_kernels);
         self.inner.kernel(x, y, k)
     }
-    fn source(&self, x: &Located<N::Point>, draws: &mut dyn Uniforms<N::Scalar>) -> N::Scalar {
+    fn source(&self, x: &Located<N::Point>, draws: &mut dyn Uniforms<N::Scalar>) -> N::Value {
         count(&self.counts.neighbour_sources);
         self.inner.source(x, draws)
     }
-    fn value(&self, x: &Located<N::Point>) -> N::Scalar {
+    fn value(&self, x: &Located<N::Point>) -> N::Value {
         self.inner.value(x)
+    }
+    fn is_pointwise(&self) -> bool {
+        self.inner.is_pointwise()
     }
 }

@@ -1,23 +1,23 @@
 //! What the checks need to know of the cube.
 
 use fredholm_core::galerkin::{
-    AllPointwise, Dense, DiagonalRule, GalerkinMatrix, PairKind, Pairs, Partition, Piecewise,
-    PointwiseSource, Rounded, SourceTable, rounded,
+    AllPointwise, Cells, Dense, DiagonalRule, GalerkinMatrix, PairKind, Pairs, Piecewise,
+    PointwiseSource, Rounded, Solution, SourceTable, rounded,
 };
-use fredholm_core::{Located, Real};
-use fredholm_cube::model::{Model, ModelKernel};
+use fredholm_core::{
+    Equation, Functional, Goal, Goals, Located, NeighbourOf, Real, Statistics, WalkOptions,
+};
+use fredholm_cube::model::{self, Model, ModelKernel};
 use fredholm_cube::{
-    Cube, KernelFactors, KernelFn, KernelIntegral, Product, ProductTables, Rule, ScalarField, table,
+    Cube, CubeRule, KernelFactors, KernelFn, KernelIntegral, Product, ProductTables, ScalarField,
 };
 
+use crate::check;
 use crate::description::Description;
 use crate::examine::examine_both;
 use crate::offers::{Neighbours, Offers};
 use crate::quadrature::{gauss_legendre, split, tensor};
 use crate::report::Report;
-
-/// The absorption probability q0 of the tests.
-pub const ABSORPTION: f64 = 0.2;
 
 /// All pairs in S.
 pub const ALL: DiagonalRule = DiagonalRule {
@@ -31,6 +31,45 @@ pub const POINTWISE: DiagonalRule = DiagonalRule {
 pub const OUTSIDE: DiagonalRule = DiagonalRule {
     diagonal: PairKind::Dropped,
 };
+
+/// Every model problem, with walks of finite variance in one dimension, also at q0 = 0.2.
+#[must_use]
+pub fn models() -> [Model; 10] {
+    [
+        model::quadratic(0.6),
+        model::rational(0.9),
+        model::quartic(2.5, 0.5),
+        model::distance(1, 0.75),
+        model::green(1.5, 0.25),
+        model::cosine(1.0),
+        model::steep(0.5),
+        model::quadratic(-0.7),
+        model::distance(3, -0.4),
+        model::cubic(0.45),
+    ]
+}
+
+/// Walks of one functional, with (v, Φ) if it is known.
+///
+/// # Panics
+/// If a walk scores a value that is not finite.
+pub fn walked<F, E, N, T>(
+    (equation, neighbour): (&E, &N),
+    functional: T,
+    control_mean: Option<f64>,
+    options: WalkOptions,
+    walks: u64,
+) -> Statistics
+where
+    F: Real,
+    E: Equation<Scalar = F, Value = F> + Sync,
+    N: NeighbourOf<E> + Sync,
+    T: Functional<E> + Sync,
+{
+    let goals = [Goal::new(functional, control_mean)];
+    let job = Goals::new(equation, neighbour, &goals, options);
+    check::run(&job, walks).remove(0)
+}
 
 /// ½ exp(−|x − y|²): smooth, and a product.
 #[derive(Clone, Copy, Debug)]
@@ -71,6 +110,18 @@ pub type Pointwise<'a, F, const D: usize, K, S, P> = Piecewise<
     PointwiseSource<'a, F, Cube<F, D, K, S>, P>,
 >;
 
+/// The Galerkin solution with these coefficients.
+///
+/// # Panics
+/// If there is none.
+pub fn solved<const D: usize>(
+    rule: &CubeRule<D>,
+    matrix: &dyn GalerkinMatrix<Scalar = f64>,
+    source: &dyn ScalarField<f64, D>,
+) -> Solution {
+    Solution::new(matrix, rule.means(source).unwrap(), 1e-15, 1000).unwrap()
+}
+
 /// Solves on `cells` cells an axis with a table, all in f64 first. `spoil` is a relative error of
 /// alternating sign in every coefficient.
 ///
@@ -88,19 +139,18 @@ where
     S: ScalarField<f64, D> + ScalarField<F, D> + Copy,
     P: Pairs,
 {
-    let rule = Rule::new(2).unwrap();
-    let wide = Cube::<f64, D, K, S>::new(kernel, source, cells, ABSORPTION).unwrap();
-    let mut entries = table(&wide, rule).unwrap();
+    let cube = Cube::<F, D, K, S>::new(kernel, source, cells).unwrap();
+    let rule = CubeRule::new(&cube, 0, 2).unwrap();
+    let mut entries = rule.table(&kernel).unwrap();
     for (e, k) in entries.iter_mut().enumerate() {
         *k *= 1.0 + if e % 2 == 0 { spoil } else { -spoil };
     }
-    let n = cells.pow(D as u32);
+    let n = cube.cells();
     let dense = Dense::new(&entries, n, 1).unwrap();
-    let solution = wide.solve(&dense, rule, 1e-15, 1000).unwrap();
+    let solution = solved(&rule, &dense, &source);
     let v = solution.rounded::<F>().unwrap();
     let g = solution.source::<F>(&dense, &pairs).unwrap();
     let narrow = rounded::<F>(&entries).unwrap();
-    let cube = Cube::new(kernel, source, cells, ABSORPTION).unwrap();
     then(&cube, &Dense::new(&narrow, n, 1).unwrap(), &v, &g)
 }
 
@@ -158,7 +208,7 @@ pub fn with_product<F: Real, const D: usize, T, S, P, R>(
     pairs: P,
     then: impl FnOnce(
         &Cube<F, D, Product<T>, S>,
-        &Smooth<'_, F, D, Product<T>, S, ProductTables<F, D>, P>,
+        &Smooth<'_, F, D, Product<T>, S, ProductTables<Vec<F>, D>, P>,
         &[F],
     ) -> R,
 ) -> R
@@ -167,16 +217,13 @@ where
     S: ScalarField<f64, D> + ScalarField<F, D> + Copy,
     P: Pairs + Copy,
 {
-    let rule = Rule::new(2).unwrap();
-    let kernel = Product(factors);
-    let wide = Cube::<f64, D, _, _>::new(kernel, source, cells, ABSORPTION).unwrap();
-    let tables = ProductTables::new(&wide, rule).unwrap();
-    let solution = wide.solve(&tables, rule, 1e-15, 1000).unwrap();
+    let cube = Cube::<F, D, _, _>::new(Product(factors), source, cells).unwrap();
+    let rule = CubeRule::new(&cube, 0, 2).unwrap();
+    let tables = rule.product_tables(&factors).unwrap();
+    let solution = solved(&rule, &tables, &source);
     let v = solution.rounded::<F>().unwrap();
     let g = solution.source::<F>(&tables, &pairs).unwrap();
     let narrow = tables.rounded::<F>().unwrap();
-    let cube = Cube::new(kernel, source, cells, ABSORPTION).unwrap();
-    assert_eq!(narrow.cells(), v.len());
     let neighbour = Piecewise::new(&cube, &narrow, pairs, &v, &g).unwrap();
     then(&cube, &neighbour, &v)
 }
@@ -196,7 +243,7 @@ pub type GradedNeighbour<'a, F, const D: usize, T, S, C, const B: usize> = Piece
 >;
 
 /// A product kernel with B functions on a cell, all pairs in S, by one-dimensional tables: the cube, the
-/// neighbour equation, v in f64 and in the walk's scalar.
+/// neighbour equation, and v in the walk's scalar.
 ///
 /// # Panics
 /// If there is no such cube.
@@ -205,7 +252,7 @@ pub fn with_degree<F: Real, const D: usize, T, S, R, const B: usize>(
     cells: usize,
     then: impl FnOnce(
         &Graded<F, D, T, S, B>,
-        &GradedNeighbour<'_, F, D, T, S, ProductTables<f64, D>, B>,
+        &GradedNeighbour<'_, F, D, T, S, ProductTables<Vec<f64>, D>, B>,
         &[F],
     ) -> R,
 ) -> R
@@ -213,15 +260,13 @@ where
     T: KernelFactors<f64> + KernelFactors<F> + Copy,
     S: ScalarField<f64, D> + ScalarField<F, D> + Copy,
 {
-    let wide = Cube::<f64, D, _, _>::new(Product(factors), source, cells, ABSORPTION).unwrap();
-    let wide = wide.with_functions::<B>();
-    let rule = Rule::new(wide.degree() + 1).unwrap();
-    let tables = ProductTables::new(&wide, rule).unwrap();
-    let solution = wide.solve(&tables, rule, 1e-15, 1000).unwrap();
+    let cube = Cube::<F, D, _, _>::new(Product(factors), source, cells).unwrap();
+    let cube = cube.with_functions::<B>();
+    let rule = CubeRule::new(&cube, cube.degree(), cube.degree() + 1).unwrap();
+    let tables = rule.product_tables(&factors).unwrap();
+    let solution = solved(&rule, &tables, &source);
     let v = solution.rounded::<F>().unwrap();
     let g = solution.source::<F>(&tables, &ALL).unwrap();
-    let cube = Cube::<F, D, _, _>::new(Product(factors), source, cells, ABSORPTION).unwrap();
-    let cube = cube.with_functions::<B>();
     let narrow = Rounded::new(&tables);
     let neighbour = Piecewise::new(&cube, &narrow, ALL, &v, &g).unwrap();
     then(&cube, &neighbour, &v)
@@ -250,7 +295,7 @@ impl<F: Real, const D: usize> ScalarField<F, D> for Raised {
 
 /// What solves a model problem.
 #[derive(Clone, Copy, PartialEq)]
-enum Solution {
+enum Solved {
     /// The model's u.
     Own,
     /// 1.
@@ -259,243 +304,25 @@ enum Solution {
     Raised,
 }
 
-/// A model problem on the cube as the kit sees it, with q0 = 0.2.
-struct Described<F, const D: usize, S> {
-    cube: Cube<F, D, Product<ModelKernel>, S>,
+/// A model problem on the cube as the kit sees it, with B functions on a cell.
+struct Described<F, const D: usize, S, const B: usize = 1> {
+    cube: Cube<F, D, Product<ModelKernel>, S, B>,
     model: Model,
-    solution: Solution,
+    solution: Solved,
     rule: Vec<(f64, f64)>,
 }
 
-impl<F: Real, const D: usize, S: ScalarField<F, D> + Copy> Described<F, D, S> {
+impl<F: Real, const D: usize, S: ScalarField<F, D> + Copy, const B: usize> Described<F, D, S, B> {
     /// The model's kernel with this source, `cells` cells per axis. `points` Gauss points per axis
     /// give the integrals over a cell to rounding.
-    fn new(model: Model, source: S, solution: Solution, cells: usize, points: usize) -> Self {
-        let cube = Cube::new(model.kernel, source, cells, ABSORPTION).unwrap();
+    fn new(model: Model, source: S, solution: Solved, cells: usize, points: usize) -> Self {
+        let cube = Cube::new(model.kernel, source, cells).unwrap();
         Self {
-            cube,
+            cube: cube.with_functions(),
             model,
             solution,
             rule: gauss_legendre(points),
         }
-    }
-}
-
-/// The same with B functions on a cell, and claims of its coefficients within `relative`.
-struct AtDegree<F, const D: usize, S, const B: usize> {
-    flat: Described<F, D, S>,
-    cube: Cube<F, D, Product<ModelKernel>, S, B>,
-    relative: f64,
-}
-
-impl<F: Real, const D: usize, S: ScalarField<F, D> + Copy, const B: usize> AtDegree<F, D, S, B> {
-    fn new(flat: Described<F, D, S>, relative: f64) -> Self {
-        let cube: Cube<_, D, _, _, B> = flat.cube.with_functions();
-        // The kit's own integrals have points stored to ε, so that t is known to 2mε, and the derivative of
-        // √(2p + 1) P_p is p (p + 1)/2 times its root at most.
-        let (m, p) = (cube.per_axis() as f64, cube.degree() as f64);
-        let moved = 2.0 * m * F::EPSILON.to_f64() * (2.0 * p + 1.0).sqrt() * p * (p + 1.0) / 2.0;
-        let relative = relative.max(moved);
-        Self {
-            flat,
-            cube,
-            relative,
-        }
-    }
-}
-
-/// Everything about a model problem in D dimensions with B functions on a cell, in f32 and f64.
-#[must_use]
-pub fn examined_at<const D: usize, const B: usize>(
-    model: Model,
-    cells: usize,
-    points: usize,
-    relative: f64,
-    seed: u64,
-) -> Report {
-    let flat = (model, model.source, Solution::Own, cells, points);
-    at_degree::<_, D, B>(flat, relative, seed)
-}
-
-/// The same with the source for which the solution is 1 more.
-#[must_use]
-pub fn examined_raised_at<const D: usize, const B: usize>(
-    model: Model,
-    cells: usize,
-    points: usize,
-    relative: f64,
-    seed: u64,
-) -> Report {
-    let flat = (model, Raised(model), Solution::Raised, cells, points);
-    at_degree::<_, D, B>(flat, relative, seed)
-}
-
-/// Of the arguments of [`Described::new`].
-fn at_degree<S, const D: usize, const B: usize>(
-    (model, source, solution, cells, points): (Model, S, Solution, usize, usize),
-    relative: f64,
-    seed: u64,
-) -> Report
-where
-    S: ScalarField<f32, D> + ScalarField<f64, D> + Copy + Sync,
-{
-    let narrow = Described::<f32, D, _>::new(model, source, solution, cells, points);
-    let wide = Described::<f64, D, _>::new(model, source, solution, cells, points);
-    examine_both(
-        &AtDegree::<_, D, _, B>::new(narrow, relative),
-        &AtDegree::<_, D, _, B>::new(wide, relative),
-        seed,
-    )
-}
-
-impl<F: Real, const D: usize, S, const B: usize> Description<B> for AtDegree<F, D, S, B>
-where
-    S: ScalarField<F, D> + ScalarField<f64, D> + Copy + Sync,
-{
-    type Equation = Cube<F, D, Product<ModelKernel>, S, B>;
-    const DIMENSION: usize = D;
-
-    fn equation(&self) -> &Self::Equation {
-        &self.cube
-    }
-
-    fn point(&self, cell: usize, t: &[f64]) -> [F; D] {
-        self.flat.point(cell, t)
-    }
-
-    fn contains(&self, cell: usize, x: &[F; D]) -> bool {
-        self.flat.contains(cell, x)
-    }
-
-    fn nodes(&self, x: &[F; D], cell: usize) -> Vec<([F; D], f64)> {
-        self.flat.nodes(x, cell)
-    }
-
-    fn solution(&self, x: &[F; D]) -> Option<f64> {
-        self.flat.solution(x)
-    }
-
-    fn constant(&self) -> Option<f64> {
-        self.flat.constant()
-    }
-
-    fn cumulative(&self, _: &[F; D], y: &[F; D]) -> Option<f64> {
-        Some(y[0].to_f64())
-    }
-
-    fn mass(&self, x: &Located<[F; D]>, cell: usize) -> Option<f64> {
-        self.flat.mass(x, cell)
-    }
-}
-
-impl<F: Real, const D: usize, S, const B: usize> Neighbours<B> for AtDegree<F, D, S, B>
-where
-    S: ScalarField<F, D> + ScalarField<f64, D> + Copy + Sync,
-{
-    /// Pointwise pairs are offered for piecewise constants alone.
-    fn offers(&self, offers: &mut Offers<'_, Self, B>) {
-        let (model, cells) = (self.flat.model, self.cube.per_axis());
-        let source = *self.cube.right_hand_side();
-        offers.pairs("all in S", ALL);
-        // Blocks of many functions take their time, and so do tables by quadrature in 2 D dimensions.
-        let quick = B < 20 && D < 5;
-        if B < 20 {
-            offers.pairs("diagonal outside", OUTSIDE);
-        }
-        let wide = Cube::<f64, D, _, _>::new(model.kernel, source, cells, ABSORPTION).unwrap();
-        let wide = wide.with_functions::<B>();
-        if quick {
-            let rule = Rule::new(self.cube.degree() + 1).unwrap();
-            let entries = table(&wide, rule).unwrap();
-            let dense = Dense::new(&entries, wide.cells(), B).unwrap();
-            let solution = wide.solve(&dense, rule, 1e-15, 1000).unwrap();
-            let (v, g) = (
-                solution.rounded::<F>().unwrap(),
-                solution.source::<F>(&dense, &ALL).unwrap(),
-            );
-            offers.piecewise("own table", &Rounded::new(&dense), ALL, &v, &g);
-        }
-        with_degree::<F, D, _, _, _, B>((model.kernel.0, source), cells, |_, neighbour, _| {
-            offers.neighbour("own product tables", neighbour);
-        });
-        let rule = Rule::new(5).unwrap();
-        let tables = ProductTables::new(&wide, rule).unwrap();
-        offers.coefficients("product tables", &tables, self.relative);
-        if quick {
-            let entries = table(&wide, rule).unwrap();
-            let dense = Dense::new(&entries, wide.cells(), B).unwrap();
-            offers.coefficients("table", &dense, self.relative);
-        }
-        let mut means = vec![0.0; wide.cells() * B];
-        wide.source_means(rule, &mut means).unwrap();
-        offers.source_means("own", &means, self.relative);
-        let solution = wide.solve(&tables, rule, 1e-15, 1000).unwrap();
-        offers.galerkin_solution("own", &solution.v, self.relative);
-    }
-}
-
-/// Everything about a model problem in D dimensions, in f32 and f64.
-#[must_use]
-pub fn examined<const D: usize>(model: Model, cells: usize, points: usize, seed: u64) -> Report {
-    flat::<_, D>((model, model.source, Solution::Own, cells, points), seed)
-}
-
-/// The same with the source for which the solution is 1.
-#[must_use]
-pub fn examined_furnace<const D: usize>(
-    model: Model,
-    cells: usize,
-    points: usize,
-    seed: u64,
-) -> Report {
-    let source = Furnace(model.kernel);
-    flat::<_, D>((model, source, Solution::One, cells, points), seed)
-}
-
-/// The same with the source for which the solution is 1 more.
-#[must_use]
-pub fn examined_raised<const D: usize>(
-    model: Model,
-    cells: usize,
-    points: usize,
-    seed: u64,
-) -> Report {
-    let source = Raised(model);
-    flat::<_, D>((model, source, Solution::Raised, cells, points), seed)
-}
-
-/// Of the arguments of [`Described::new`].
-fn flat<S, const D: usize>(
-    (model, source, solution, cells, points): (Model, S, Solution, usize, usize),
-    seed: u64,
-) -> Report
-where
-    S: ScalarField<f32, D> + ScalarField<f64, D> + Copy + Sync,
-{
-    examine_both(
-        &Described::<f32, D, _>::new(model, source, solution, cells, points),
-        &Described::<f64, D, _>::new(model, source, solution, cells, points),
-        seed,
-    )
-}
-
-impl<F: Real, const D: usize, S> Description for Described<F, D, S>
-where
-    S: ScalarField<F, D> + ScalarField<f64, D> + Copy + Sync,
-{
-    type Equation = Cube<F, D, Product<ModelKernel>, S>;
-    const DIMENSION: usize = D;
-
-    fn equation(&self) -> &Self::Equation {
-        &self.cube
-    }
-
-    fn point(&self, cell: usize, t: &[f64]) -> [F; D] {
-        let (low, high) = self.cube.cell_box(cell);
-        core::array::from_fn(|a| {
-            let [low, high] = [low[a], high[a]].map(Real::to_f64);
-            F::from_f64(low + t[a] * (high - low))
-        })
     }
 
     fn contains(&self, cell: usize, x: &[F; D]) -> bool {
@@ -520,27 +347,211 @@ where
         nodes.map(|(y, w)| (y.map(F::from_f64), w)).collect()
     }
 
-    fn solution(&self, x: &[F; D]) -> Option<f64> {
+    fn solution(&self, x: &[F; D]) -> f64 {
         let u = || -> f64 { ScalarField::value(&self.model.solution, &x.map(Real::to_f64)) };
-        Some(match self.solution {
-            Solution::Own => u(),
-            Solution::One => 1.0,
-            Solution::Raised => 1.0 + u(),
-        })
+        match self.solution {
+            Solved::Own => u(),
+            Solved::One => 1.0,
+            Solved::Raised => 1.0 + u(),
+        }
     }
 
     fn constant(&self) -> Option<f64> {
-        (self.solution == Solution::One).then_some(1.0)
+        (self.solution == Solved::One).then_some(1.0)
     }
+}
 
-    /// Of the first coordinate.
-    fn cumulative(&self, _: &[F; D], y: &[F; D]) -> Option<f64> {
-        Some(y[0].to_f64())
-    }
+/// A model problem with B functions on a cell, and claims of its coefficients within `relative`.
+struct AtDegree<F, const D: usize, S, const B: usize> {
+    of: Described<F, D, S, B>,
+    relative: f64,
+}
 
-    fn mass(&self, _: &Located<[F; D]>, _: usize) -> Option<f64> {
-        Some((1.0 - F::from_f64(ABSORPTION).to_f64()) / self.cube.cells() as f64)
+impl<F: Real, const D: usize, S: ScalarField<F, D> + Copy, const B: usize> AtDegree<F, D, S, B> {
+    fn new(of: Described<F, D, S, B>, relative: f64) -> Self {
+        // The kit's own integrals have points stored to ε, so that t is known to 2mε, and the derivative of
+        // √(2p + 1) P_p is p (p + 1)/2 times its root at most.
+        let (m, p) = (of.cube.per_axis() as f64, of.cube.degree() as f64);
+        let moved = 2.0 * m * F::EPSILON.to_f64() * (2.0 * p + 1.0).sqrt() * p * (p + 1.0) / 2.0;
+        let relative = relative.max(moved);
+        Self { of, relative }
     }
+}
+
+/// The description of a cube, whatever is offered.
+macro_rules! description {
+    ($kind:ident<$($functions:ident)?>, $self:ident => $described:expr) => {
+        impl<F: Real, const D: usize, S, $(const $functions: usize)?> Description<$($functions)?>
+            for $kind<F, D, S, $($functions)?>
+        where
+            S: ScalarField<F, D> + ScalarField<f64, D> + Copy + Sync,
+        {
+            type Equation = Cube<F, D, Product<ModelKernel>, S, $($functions)?>;
+
+            fn equation(&$self) -> &Self::Equation {
+                &$described.cube
+            }
+
+            fn contains(&$self, cell: usize, x: &[F; D]) -> bool {
+                $described.contains(cell, x)
+            }
+
+            fn nodes(&$self, x: &[F; D], cell: usize) -> Vec<([F; D], f64)> {
+                $described.nodes(x, cell)
+            }
+
+            fn solution(&$self, x: &[F; D]) -> Option<f64> {
+                Some($described.solution(x))
+            }
+
+            fn constant(&$self) -> Option<f64> {
+                $described.constant()
+            }
+
+            /// Of the first coordinate.
+            fn cumulative(&$self, _: &[F; D], y: &[F; D]) -> Option<f64> {
+                Some(y[0].to_f64())
+            }
+
+            fn mass(&$self, _: &Located<[F; D]>, _: usize) -> Option<f64> {
+                Some(1.0 / $described.cube.cells() as f64)
+            }
+        }
+    };
+}
+description!(Described<>, self => self);
+description!(AtDegree<B>, self => self.of);
+
+/// Everything about a model problem in D dimensions with B functions on a cell, in f32 and f64.
+#[must_use]
+pub fn examined_at<const D: usize, const B: usize>(
+    model: Model,
+    cells: usize,
+    points: usize,
+    relative: f64,
+    seed: u64,
+) -> Report {
+    let of = (model, model.source, Solved::Own, cells, points);
+    at_degree::<_, D, B>(of, relative, seed)
+}
+
+/// The same with the source for which the solution is 1 more.
+#[must_use]
+pub fn examined_raised_at<const D: usize, const B: usize>(
+    model: Model,
+    cells: usize,
+    points: usize,
+    relative: f64,
+    seed: u64,
+) -> Report {
+    let of = (model, Raised(model), Solved::Raised, cells, points);
+    at_degree::<_, D, B>(of, relative, seed)
+}
+
+/// Of the arguments of [`Described::new`].
+fn at_degree<S, const D: usize, const B: usize>(
+    (model, source, solution, cells, points): (Model, S, Solved, usize, usize),
+    relative: f64,
+    seed: u64,
+) -> Report
+where
+    S: ScalarField<f32, D> + ScalarField<f64, D> + Copy + Sync,
+{
+    let narrow = Described::<f32, D, _, B>::new(model, source, solution, cells, points);
+    let wide = Described::<f64, D, _, B>::new(model, source, solution, cells, points);
+    examine_both(
+        &AtDegree::new(narrow, relative),
+        &AtDegree::new(wide, relative),
+        seed,
+    )
+}
+
+impl<F: Real, const D: usize, S, const B: usize> Neighbours<B> for AtDegree<F, D, S, B>
+where
+    S: ScalarField<F, D> + ScalarField<f64, D> + Copy + Sync,
+{
+    /// Pointwise pairs are offered for piecewise constants alone.
+    fn offers(&self, offers: &mut Offers<'_, Self, B>) {
+        let (kernel, cube) = (self.of.model.kernel, &self.of.cube);
+        let source = *cube.right_hand_side();
+        offers.pairs("all in S", ALL);
+        // Blocks of many functions take their time, and so do tables by quadrature in 2 D dimensions.
+        let quick = B < 20 && D < 5;
+        if B < 20 {
+            offers.pairs("diagonal outside", OUTSIDE);
+        }
+        if quick {
+            let rule = CubeRule::new(cube, cube.degree(), cube.degree() + 1).unwrap();
+            let entries = rule.table(&kernel).unwrap();
+            let dense = Dense::new(&entries, cube.cells(), B).unwrap();
+            let solution = solved(&rule, &dense, &source);
+            let (v, g) = (
+                solution.rounded::<F>().unwrap(),
+                solution.source::<F>(&dense, &ALL).unwrap(),
+            );
+            offers.piecewise("own table", &Rounded::new(&dense), ALL, &v, &g);
+        }
+        let cells = cube.per_axis();
+        with_degree::<F, D, _, _, _, B>((kernel.0, source), cells, |_, neighbour, _| {
+            offers.neighbour("own product tables", neighbour);
+        });
+        let rule = CubeRule::new(cube, cube.degree(), 5).unwrap();
+        let tables = rule.product_tables(&kernel.0).unwrap();
+        offers.coefficients("product tables", &tables, self.relative);
+        if quick {
+            let entries = rule.table(&kernel).unwrap();
+            let dense = Dense::new(&entries, cube.cells(), B).unwrap();
+            offers.coefficients("table", &dense, self.relative);
+        }
+        offers.source_means("own", &rule.means(&source).unwrap(), self.relative);
+        let solution = solved(&rule, &tables, &source);
+        offers.galerkin_solution("own", &solution.v, self.relative);
+    }
+}
+
+/// Everything about a model problem in D dimensions, in f32 and f64.
+#[must_use]
+pub fn examined<const D: usize>(model: Model, cells: usize, points: usize, seed: u64) -> Report {
+    flat::<_, D>((model, model.source, Solved::Own, cells, points), seed)
+}
+
+/// The same with the source for which the solution is 1.
+#[must_use]
+pub fn examined_furnace<const D: usize>(
+    model: Model,
+    cells: usize,
+    points: usize,
+    seed: u64,
+) -> Report {
+    let source = Furnace(model.kernel);
+    flat::<_, D>((model, source, Solved::One, cells, points), seed)
+}
+
+/// The same with the source for which the solution is 1 more.
+#[must_use]
+pub fn examined_raised<const D: usize>(
+    model: Model,
+    cells: usize,
+    points: usize,
+    seed: u64,
+) -> Report {
+    let source = Raised(model);
+    flat::<_, D>((model, source, Solved::Raised, cells, points), seed)
+}
+
+/// Of the arguments of [`Described::new`].
+fn flat<S, const D: usize>(
+    (model, source, solution, cells, points): (Model, S, Solved, usize, usize),
+    seed: u64,
+) -> Report
+where
+    S: ScalarField<f32, D> + ScalarField<f64, D> + Copy + Sync,
+{
+    examine_both(
+        &Described::<f32, D, _>::new(model, source, solution, cells, points),
+        &Described::<f64, D, _>::new(model, source, solution, cells, points),
+        seed,
+    )
 }
 
 impl<F: Real, const D: usize, S> Neighbours for Described<F, D, S>
@@ -566,14 +577,11 @@ where
         );
         // Five points see no kink and integrate the smooth factors of the models well.
         let relative = if self.model.has_kink() { 0.1 } else { 1e-7 };
-        let rule = Rule::new(5).unwrap();
-        let wide = Cube::<f64, D, _, _>::new(equation.0, equation.1, cells, ABSORPTION).unwrap();
-        let tables = ProductTables::new(&wide, rule).unwrap();
+        let rule = CubeRule::new(&self.cube, 0, 5).unwrap();
+        let tables = rule.product_tables(&equation.0.0).unwrap();
         offers.coefficients("product tables", &tables, relative);
-        let mut means = vec![0.0; wide.cells()];
-        wide.source_means(rule, &mut means).unwrap();
-        offers.source_means("own", &means, relative);
-        let solution = wide.solve(&tables, rule, 1e-15, 1000).unwrap();
+        offers.source_means("own", &rule.means(&equation.1).unwrap(), relative);
+        let solution = solved(&rule, &tables, &equation.1);
         offers.galerkin_solution("own", &solution.v, relative);
     }
 }

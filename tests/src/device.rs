@@ -1,15 +1,15 @@
-//! The firmware's cases on this machine, by either runner.
+//! The firmware's cases on this machine, by either runner, and the tables that they read.
 
 #[path = "../../runners/embedded/firmware/src/cases.rs"]
 pub mod cases;
 #[path = "../../runners/embedded/firmware/src/line.rs"]
 pub mod line;
 
-use cases::{Case, Runner, Start, drive};
+use cases::{Case, Runner, drive};
 use fredholm_core::rand_core::Rng;
 use fredholm_core::{
-    DefaultGenerator, Equation, Goal, Goals, Job, Neighbour, NeighbourOf, RunOptions, StateSpace,
-    Statistics, Task, WalkOptions, WalkSeeds,
+    DefaultGenerator, Equation, Functional, Goals, Job, Neighbour, NeighbourOf, RunOptions, Space,
+    Statistics, WalkSeeds,
 };
 use fredholm_embedded::{Driver, State};
 
@@ -38,11 +38,15 @@ pub fn lines(with: With) -> String {
     workstation.lines
 }
 
-/// A case of an equation with any neighbour equation.
+/// A case of an equation with any neighbour equation: the compiler makes one walk of an equation, whatever its neighbours.
 type OfEquation<'a, E, T> = Case<'a, E, AnyNeighbour<'a, E>, T>;
 /// A neighbour equation of an equation.
-type AnyNeighbour<'a, E> =
-    dyn Neighbour<Scalar = <E as StateSpace>::Scalar, Point = <E as StateSpace>::Point> + Sync + 'a;
+type AnyNeighbour<'a, E> = dyn Neighbour<
+        Scalar = <E as Space>::Scalar,
+        Point = <E as Space>::Point,
+        Value = <E as Equation>::Value,
+    > + Sync
+    + 'a;
 
 struct Workstation {
     with: With,
@@ -50,84 +54,51 @@ struct Workstation {
 }
 
 impl Runner for Workstation {
-    fn run<E: Equation + Sync, N: NeighbourOf<E> + Sync, T: Start<E>>(
-        &mut self,
-        name: &str,
-        case: Case<'_, E, N, T>,
-        goal: u64,
-        run_options: RunOptions,
-    ) {
-        let estimator = case.estimator;
-        // By its address: the compiler makes one walk of an equation, whatever its neighbours.
-        let case: OfEquation<'_, E, T> = Task {
-            neighbour: case.neighbour,
-            equation: case.equation,
-            functional: case.functional,
-            control_mean: case.control_mean,
-            estimator,
-            form: case.form,
-            seeds: case.seeds,
-            length: case.length,
-        };
+    fn run<E, N, T>(&mut self, name: &str, case: &Case<'_, E, N, T>, options: RunOptions)
+    where
+        E: Equation<Value = <E as Space>::Scalar> + Sync,
+        N: NeighbourOf<E> + Sync,
+        T: Functional<E> + Sync,
+    {
+        let neighbour: &AnyNeighbour<'_, E> = case.neighbour;
+        let case: OfEquation<'_, E, T> =
+            Goals::new(case.equation, neighbour, case.goals, case.options);
         let statistics = match self.with {
-            With::Embedded(walks) => drive(case, run_options, walks, || ()).expect("a run ends"),
-            With::Resets(seed) => with_resets(seed, case, run_options),
-            With::Rayon(threads) => on_threads(threads, &case, goal, run_options),
+            With::Embedded(walks) => drive(&case, options, walks, || ()).expect("a run ends"),
+            With::Resets(seed) => with_resets(seed, &case, options),
+            With::Rayon(threads) => on_threads(threads, &case, options),
         };
-        line::line::<E::Scalar>(&mut self.lines, name, estimator, &statistics)
+        let ends = case.options.absorption;
+        line::line::<E::Scalar>(&mut self.lines, name, ends, &statistics)
             .expect("writing to a string does not fail");
     }
 }
 
 /// At each reset the bytes of the state survive, and nothing else.
-fn with_resets<E: Equation + Sync, T: Start<E>>(
-    seed: u64,
-    case: OfEquation<'_, E, T>,
-    run_options: RunOptions,
-) -> Statistics {
-    let again = || Task { ..case };
+fn with_resets<E, T>(seed: u64, case: &OfEquation<'_, E, T>, options: RunOptions) -> Statistics
+where
+    E: Equation<Value = <E as Space>::Scalar> + Sync,
+    T: Functional<E> + Sync,
+{
     let mut random = WalkSeeds::<DefaultGenerator>::new(seed, 0).generator(0);
-    let mut driver = Driver::new(again(), run_options).unwrap();
+    let mut driver = Driver::<_, 1>::new(case, 0, options).unwrap();
     for _ in 0..100 {
         // 4000 walks in the mean.
         driver.poll(random.next_u64() % 81).unwrap();
         let before = (driver.statistics(), driver.stop());
-        let bytes = driver.save().to_bytes();
-        driver =
-            Driver::restore(again(), run_options, &State::from_bytes(&bytes).unwrap()).unwrap();
+        let mut bytes = [0; State::<1>::BYTES];
+        driver.save().write(&mut bytes).unwrap();
+        driver = Driver::restore(case, 0, options, &State::read(&bytes).unwrap()).unwrap();
         // Walks that were lost and run again would end with the same bits, too.
         assert_eq!((driver.statistics(), driver.stop()), before);
     }
     driver.poll(u64::MAX).unwrap();
-    driver.statistics()
+    driver.statistics()[0]
 }
 
-fn on_threads<E: Equation + Sync, T: Start<E>>(
-    threads: usize,
-    case: &OfEquation<'_, E, T>,
-    goal: u64,
-    run_options: RunOptions,
-) -> Statistics {
-    // Goals are numbered from 0: the last one is the case's.
-    let one = Goal {
-        functional: *case.functional,
-        control_mean: case.control_mean,
-    };
-    let goals = vec![one; goal as usize + 1];
-    let options = WalkOptions {
-        seed: cases::SEED,
-        estimator: case.estimator,
-        form: case.form,
-        survivals: case.length.survivals,
-        step_limit: case.length.step_limit,
-    };
-    let job = Goals::new(case.equation, case.neighbour, &goals, options);
-    run_on(threads, &job, run_options, goal as usize)
-}
-
-fn run_on(threads: usize, job: &dyn Job, run_options: RunOptions, goal: usize) -> Statistics {
+fn on_threads(threads: usize, job: &dyn Job, options: RunOptions) -> Statistics {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
     let pool = pool.build().unwrap();
-    let run = || fredholm_rayon::run(job, &run_options, None, &());
-    pool.install(run).unwrap().statistics[goal]
+    let run = || fredholm_rayon::run(job, &options, None, &());
+    pool.install(run).unwrap().statistics[0]
 }

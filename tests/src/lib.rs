@@ -5,8 +5,10 @@ mod cores;
 pub mod counted;
 pub mod cube;
 pub mod device;
+pub mod device_tables;
 pub mod fit;
 mod objects;
+mod options;
 pub mod room;
 pub mod scene;
 pub mod toy;
@@ -14,33 +16,5 @@ pub mod toy;
 pub use cores::on_all_cores;
 /// The kit, which the project's own tests build on.
 pub use fredholm_conformance::*;
-pub use objects::{ObjectTask, run, with_objects};
-
-/// The examples of the project's README and manual are compiled and run.
-#[cfg(doctest)]
-mod manual {
-    #[doc = include_str!("../../README.md")]
-    struct Readme;
-    #[doc = include_str!("../../docs/start.md")]
-    struct Start;
-    #[doc = include_str!("../../docs/method-2-neighbour.md")]
-    struct Method2Neighbour;
-    #[doc = include_str!("../../docs/circles.md")]
-    struct Circles;
-    #[doc = include_str!("../../docs/cubes.md")]
-    struct Cubes;
-    #[doc = include_str!("../../docs/rooms.md")]
-    struct Rooms;
-    #[doc = include_str!("../../docs/spheres.md")]
-    struct Spheres;
-    #[doc = include_str!("../../docs/lift.md")]
-    struct Lift;
-    #[doc = include_str!("../../docs/sequences.md")]
-    struct Sequences;
-    #[doc = include_str!("../../docs/whole.md")]
-    struct Whole;
-    #[doc = include_str!("../../docs/own-equation.md")]
-    struct OwnEquation;
-    #[doc = include_str!("../../docs/report.md")]
-    struct Report;
-}
+pub use objects::{ObjectGoals, Objects, run};
+pub use options::{absorbed, all_ways, paper, seeded};

@@ -2,26 +2,21 @@
 
 use core::num::NonZeroU32;
 
-use fredholm_core::galerkin::{Basis, CellMap, Partition};
+use fredholm_core::galerkin::{Basis, Cells as _};
 use fredholm_core::sampled::{
-    Sampled, SampledSolution, SampledStep, SampledTables, SetupOptions, StepControl, StepEvents,
+    Sampled, SampledSetup, SampledStep, SampledTables, SetupOptions, StepControl, StepEvents,
 };
-use fredholm_core::{
-    Kernel, LastStep, Located, Neighbour, RandomSource, Real, Sampler, SourceSampler, StateSpace,
-    Uniforms,
-};
+use fredholm_core::{Equation, LastStep, Lights, Located, Neighbour, Real, Space};
 use fredholm_scene::{
-    Cells, Enclosure, Material, Point, Radiosity, Scene, Side, Surface, Tables,
+    CellTables, Cells, Enclosure, Material, Point, Radiosity, Scene, Side, Surface, Tables,
     form_factor_of_point, shapes,
 };
 
 use crate::quadrature::{gauss_legendre, tensor};
-use crate::{Offers, Report, StepDescription, StepNeighbours, check, examine_steps_both};
+use crate::{Description, Neighbours, Offers, Report, check, examine_steps_both};
 
 /// Cells of every scene, about.
 const CELLS: usize = 24;
-/// q of walks.
-const ABSORPTION: f64 = 0.3;
 /// The faces to which last steps lead: the ceiling, which is the second. In a furnace nothing is so bright that they would pay.
 const LIGHTS: &[u32] = &[1];
 
@@ -85,10 +80,6 @@ pub enum Fault {
     Integral,
     /// The probabilities of the control's events are 5 % too large.
     EventProbability,
-    /// The last step of the control sees a light 5 % too bright.
-    LastStep,
-    /// The control has no last step.
-    NoLastStep,
 }
 
 /// What walks in a scene need, in their scalar.
@@ -116,12 +107,21 @@ impl<F: Real> Owned<F> {
             sweeps: 2,
             ..SetupOptions::default()
         };
-        let of = (&wide, &wide);
         let solution = if last_step {
-            let last = LastStep(&wide);
-            SampledSolution::with_events::<_, _, _, 2, B>(of, &last, &options)
+            let equation = &LastStep(&wide);
+            SampledSetup::<_, 2, B, _> {
+                equation,
+                events: &wide,
+                options,
+            }
+            .solve_all()
         } else {
-            SampledSolution::with_events::<_, _, _, 2, B>(of, &wide, &options)
+            SampledSetup::<_, 2, B, _> {
+                equation: &wide,
+                events: &wide,
+                options,
+            }
+            .solve_all()
         };
         let sampled = solution.and_then(|solution| solution.for_walks());
         let cells = Cells::new(&scene, CELLS).expect("few cells");
@@ -157,7 +157,7 @@ impl<F: Real> Owned<F> {
 
 /// The sides of faces, of which those of lights have no emission that walks score where they meet it.
 fn sides_of<F: Real>(cells: &Cells<F>) -> Vec<Side<F>> {
-    let mut sides = cells.tables().0.to_vec();
+    let mut sides = cells.tables().sides.to_vec();
     for &light in LIGHTS {
         sides[light as usize].emission = F::zero();
     }
@@ -169,9 +169,12 @@ fn radiosity_of<'a, F: Real>(
     cells: &'a Cells<F>,
     sides: &'a [Side<F>],
 ) -> Radiosity<'a, F> {
-    let (_, patches, _) = cells.tables();
-    let lit = (sides, patches, LIGHTS);
-    Radiosity::of_tables(tables.geometry(), lit, ABSORPTION).expect("a valid chain")
+    let lit = CellTables {
+        sides,
+        lights: LIGHTS,
+        ..cells.tables()
+    };
+    Radiosity::of_tables(tables.geometry(), lit).expect("a valid chain")
 }
 
 /// A scene, with the equation that walks follow.
@@ -245,26 +248,15 @@ fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     ]
 }
 
-impl<F, E, const B: usize> StepDescription<B> for Described<'_, F, E>
+impl<F, E, const B: usize> Description<B> for Described<'_, F, E>
 where
     F: Real,
-    E: StateSpace<Scalar = F, Point = Point<F>>
-        + Sampler
-        + Kernel
-        + RandomSource
-        + Basis<B>
-        + SceneEquation
-        + Sync,
+    E: Equation<Scalar = F, Point = Point<F>, Value = F> + Basis<B> + SceneEquation + Sync,
 {
     type Equation = E;
-    const DIMENSION: usize = 2;
 
     fn equation(&self) -> &E {
         &self.equation
-    }
-
-    fn point(&self, cell: usize, t: &[f64]) -> Point<F> {
-        self.radiosity.point(cell, t)
     }
 
     fn contains(&self, cell: usize, x: &Point<F>) -> bool {
@@ -281,7 +273,7 @@ where
     }
 
     /// All faces are rectangles, and so are their cells.
-    fn cell_nodes(&self, cell: usize) -> Vec<(Point<F>, f64)> {
+    fn nodes(&self, _: &Point<F>, cell: usize) -> Vec<(Point<F>, f64)> {
         let (face, corners) = self.corners(cell);
         let is_own = |other: &usize| {
             self.radiosity
@@ -291,20 +283,22 @@ where
         let cells = (0..self.radiosity.cells()).filter(is_own).count();
         let area = self.owned.place.scene::<f64>().faces()[face as usize].area;
         let spans = [minus(corners[1], corners[0]), minus(corners[3], corners[0])];
+        // In f32 the measure is that of rounded tables.
+        let is_wide = F::EPSILON.to_f64() < 1e-10;
+        let area = if is_wide {
+            area / cells as f64
+        } else {
+            self.radiosity.measure(cell)
+        };
         let rule = gauss_legendre(4);
         let nodes = tensor(&[rule.clone(), rule]).into_iter();
         nodes
             .map(|(t, weight)| {
                 let at = |k: usize| corners[0][k] + t[0] * spans[0][k] + t[1] * spans[1][k];
                 let position = [at(0), at(1), at(2)].map(F::from_f64);
-                (Point { face, position }, weight * area / cells as f64)
+                (Point { face, position }, weight * area)
             })
             .collect()
-    }
-
-    /// In f64: the map's measure is that of tables in the walk's scalar.
-    fn measure(&self, cell: usize) -> Option<f64> {
-        (F::EPSILON.to_f64() < 1e-10).then(|| self.radiosity.measure(cell))
     }
 
     fn leaving(&self, x: &Point<F>) -> f64 {
@@ -319,7 +313,7 @@ where
     /// u = 1 in closed scenes; F_s is the emission of the ceiling.
     fn solution(&self, x: &Point<F>) -> Option<f64> {
         let known = if E::LAST_STEP {
-            self.radiosity.emission_of_light(x.face).to_f64()
+            self.radiosity.known(x).to_f64()
         } else {
             0.0
         };
@@ -327,34 +321,28 @@ where
     }
 
     fn mass(&self, x: &Located<Point<F>>, cell: usize) -> Option<f64> {
-        let survival = 1.0 - F::from_f64(ABSORPTION).to_f64();
         self.owned.place.is_convex().then(|| {
             let (face, corners) = self.corners(cell);
-            survival * self.form_factor(&x.point, (face, &corners))
+            self.form_factor(&x.point, (face, &corners))
         })
+    }
+
+    fn absorption(&self) -> f64 {
+        0.3
     }
 }
 
 /// Two steps of a score.
 const STEPS: NonZeroU32 = NonZeroU32::MIN.saturating_add(1);
 
-impl<F, E, const B: usize> StepNeighbours<B> for Described<'_, F, E>
+impl<F, E, const B: usize> Neighbours<B> for Described<'_, F, E>
 where
     F: Real,
-    E: StateSpace<Scalar = F, Point = Point<F>>
-        + Sampler
-        + Kernel
-        + RandomSource
-        + Basis<B>
-        + SceneEquation
-        + Sync,
+    E: Equation<Scalar = F, Point = Point<F>, Value = F> + Basis<B> + SceneEquation + Sync,
 {
     fn offers(&self, offers: &mut Offers<'_, Self, B>) {
         let own = self.owned.sampled.tables();
         offers.neighbour_by_steps("from rays", &self.by_rays::<_, B>(own, self.radiosity));
-        if E::LAST_STEP && self.owned.place.is_convex() {
-            offers.neighbour_by_steps("to the light", &self.to_the_light::<B>(1.0));
-        }
     }
 }
 
@@ -364,92 +352,19 @@ impl<'a, F: Real, E> Described<'a, F, E> {
         &self,
         tables: StepControl<'b, F>,
         events: &'b V,
-    ) -> Sampled<'b, F, Radiosity<'a, F>, 2, B, V>
+    ) -> Sampled<'b, Radiosity<'a, F>, 2, B, V>
     where
         'a: 'b,
         V: StepEvents<2, Scalar = F, Point = Point<F>>,
     {
-        let of = (self.radiosity, events);
-        Sampled::with_events(of, tables, STEPS).expect("its tables")
-    }
-
-    /// The neighbour equation of the same v whose G looks at the light, times a factor.
-    fn to_the_light<const B: usize>(&self, brightness: f64) -> ToTheLight<'_, F, E, B> {
-        let own = self.owned.sampled.tables();
-        ToTheLight {
-            described: self,
-            v: self.by_rays::<_, B>(own, self.radiosity),
-            brightness: F::from_f64(brightness),
-        }
-    }
-}
-
-/// The neighbour equation of v = d + v_2 with h = k, where d = T_K F_s is what the lights give: G is drawn by a step to y, and a
-/// last step to a light from there, whose mean is d(y).
-struct ToTheLight<'a, F: Real, E, const B: usize> {
-    described: &'a Described<'a, F, E>,
-    v: Sampled<'a, F, Radiosity<'a, F>, 2, B, Radiosity<'a, F>>,
-    /// 1 unless it is wrong.
-    brightness: F,
-}
-
-/// Numbers of which the type is not known.
-struct Drawn<'a, F>(&'a mut dyn Uniforms<F>);
-
-impl<F> Uniforms<F> for Drawn<'_, F> {
-    fn uniform(&mut self) -> F {
-        self.0.uniform()
-    }
-}
-
-impl<F: Real, E, const B: usize> ToTheLight<'_, F, E, B> {
-    /// d(y), where nothing hides a light.
-    fn light(&self, y: &Point<F>) -> F {
-        let radiosity = self.described.radiosity;
-        let geometry = radiosity.geometry();
-        let given = LIGHTS.iter().map(|&light| {
-            let emission = geometry.faces()[light as usize].emission.to_f64();
-            emission * self.described.form_factor_of_face(y, light)
-        });
-        geometry.faces()[y.face as usize].reflectance * F::from_f64(given.sum())
-    }
-}
-
-impl<F: Real, E, const B: usize> StateSpace for ToTheLight<'_, F, E, B> {
-    type Scalar = F;
-    type Point = Point<F>;
-}
-
-impl<F: Real, E, const B: usize> Neighbour for ToTheLight<'_, F, E, B> {
-    fn locate(&self, x: Point<F>) -> Located<Point<F>> {
-        self.v.locate(x)
-    }
-
-    fn kernel(&self, _: &Located<Point<F>>, _: &Located<Point<F>>, k: F) -> F {
-        k
-    }
-
-    fn source(&self, x: &Located<Point<F>>, draws: &mut dyn Uniforms<F>) -> F {
-        let radiosity = self.described.radiosity;
-        let mut draws = Drawn(draws);
-        let survival = F::one() - radiosity.absorption(&x.point);
-        let seen = radiosity.step(&x.point, &mut draws).map_or(F::zero(), |y| {
-            let light = self.brightness * radiosity.sample_last_step(&y, &mut draws);
-            let rest = self.value(&self.locate(y)) - self.light(&y);
-            survival * radiosity.kernel(&x.point, &y) * (light + rest)
-        });
-        self.value(x) - seen
-    }
-
-    fn value(&self, x: &Located<Point<F>>) -> F {
-        self.v.value(x)
+        Sampled::with_events(self.radiosity, events, tables, STEPS).expect("its tables")
     }
 }
 
 /// Events of rays whose probabilities are 5 % too large.
 struct LikelyEvents<'a>(&'a Radiosity<'a, f64>);
 
-impl StateSpace for LikelyEvents<'_> {
+impl Space for LikelyEvents<'_> {
     type Scalar = f64;
     type Point = Point<f64>;
 }
@@ -499,19 +414,14 @@ pub fn broken(fault: Option<Fault>, seed: u64) -> Report {
     };
     let likely = LikelyEvents(&radiosity);
     let mut report = Report::default();
-    let mut look = |neighbour: &dyn Neighbour<Scalar = f64, Point = Point<f64>>| {
+    let mut look = |neighbour: &dyn Neighbour<Scalar = f64, Point = Point<f64>, Value = f64>| {
         let found = check::neighbour_equation_by_steps::<_, _, B>(&described, neighbour, seed);
         report.push("neighbour equation", "a scene", found);
     };
     match fault {
-        None => {
-            look(&described.by_rays::<_, B>(own, &radiosity));
-            look(&described.to_the_light::<B>(1.0));
-        }
+        None => look(&described.by_rays::<_, B>(own, &radiosity)),
         Some(Fault::Integral) => look(&described.by_rays::<_, B>(tables, &radiosity)),
         Some(Fault::EventProbability) => look(&described.by_rays::<_, B>(own, &likely)),
-        Some(Fault::LastStep) => look(&described.to_the_light::<B>(1.05)),
-        Some(Fault::NoLastStep) => look(&described.to_the_light::<B>(0.0)),
     }
     report
 }

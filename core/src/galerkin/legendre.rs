@@ -3,7 +3,6 @@
 use num_traits::{one, zero};
 
 use crate::Real;
-use crate::array::Each;
 
 /// √(2b + 1), correctly rounded.
 const ROOTS: [f64; 10] = [
@@ -49,38 +48,12 @@ fn normalised<F: Real>(b: usize, polynomial: F) -> F {
     polynomial * F::from_f64(root(b))
 }
 
-/// The numbers that [`legendre`] multiplies by, for values of several t at once: of every b < B √(2b + 1), and the factors of t P_b
-/// and of P_(b−1) in P_(b+1).
-///
-/// ```
-/// use fredholm_core::galerkin::legendre_factors;
-///
-/// let [one, two, ..] = legendre_factors::<4>();
-/// assert_eq!((one, two), ([1.0, 1.0, 0.0], [3.0_f64.sqrt(), 1.5, 0.5]));
-/// ```
-#[must_use]
-pub fn legendre_factors<const B: usize>() -> [[f64; 3]; B] {
-    let mut all = [[0.0; 3]; B];
-    for (b, factors) in all.iter_mut().enumerate() {
-        let [forward, back] = recurrence(b);
-        *factors = [root(b), forward, back];
-    }
-    all
-}
-
-#[inline(always)]
-fn recurrence(b: usize) -> [f64; 2] {
-    let degree = b as f64;
-    [
-        (2.0 * degree + 1.0) / (degree + 1.0),
-        degree / (degree + 1.0),
-    ]
-}
-
 /// P_(b+1) at t: (b + 1) P_(b+1) = (2b + 1) t P_b − b P_(b−1).
 #[inline(always)]
 fn next<F: Real>(b: usize, t: F, before: F, now: F) -> F {
-    let [forward, back] = recurrence(b).each(F::from_f64);
+    let degree = b as f64;
+    let forward = F::from_f64((2.0 * degree + 1.0) / (degree + 1.0));
+    let back = F::from_f64(degree / (degree + 1.0));
     forward * t * now - back * before
 }
 

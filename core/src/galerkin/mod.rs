@@ -31,7 +31,6 @@ mod cells;
 mod coefficients;
 mod legendre;
 mod pairs;
-mod partition;
 mod piecewise;
 mod small;
 #[cfg(feature = "alloc")]
@@ -42,14 +41,16 @@ mod solve;
 #[cfg(feature = "alloc")]
 mod vectors;
 
-pub use cells::CellMap;
+pub use cells::{
+    Basis, Cells, MOST_DIMENSIONS, PairIntegral, TransitionMoments, degree_of, fill_products,
+    functions, products,
+};
 pub use coefficients::{Coefficients, Dense, GalerkinMatrix, Rounded};
-pub use legendre::{Legendre, legendre, legendre_factors};
+pub use legendre::{Legendre, legendre};
 /// Helpers of the crates of this workspace, outside of the public interface.
 #[doc(hidden)]
 pub use pairs::marked;
 pub use pairs::{AllPointwise, DiagonalRule, PairKind, PairTable, Pairs};
-pub use partition::{Basis, PairIntegral, Partition, TransitionMoments};
 pub use piecewise::{NeighbourSource, Piecewise, PointwiseSource, SourceTable, second_moment};
 #[cfg(feature = "alloc")]
 pub use solution::{Solution, rounded, second_moment_radius};

@@ -5,10 +5,10 @@ use num_traits::zero;
 use super::{
     Basis, Coefficients, GalerkinError, PairIntegral, PairKind, Pairs, TransitionMoments, small,
 };
-use crate::{Located, Neighbour, Real, StateSpace, Uniforms};
+use crate::{Equation, Located, Neighbour, Real, Space, Uniforms};
 
 /// The source G of a neighbour equation, a function of the point and its cell.
-pub trait NeighbourSource: StateSpace {
+pub trait NeighbourSource: Space {
     /// G(x), or a random number with this mean: see [`Neighbour::source`].
     fn source(
         &self,
@@ -50,7 +50,7 @@ pub struct Piecewise<'a, F, P, C, S, G, const B: usize = 1> {
 impl<'a, F, P, C, S, const B: usize> Piecewise<'a, F, P, C, S, SourceTable<'a, F, P, B>, B>
 where
     F: Real,
-    P: TransitionMoments<B> + StateSpace<Scalar = F>,
+    P: TransitionMoments<B> + Space<Scalar = F>,
     C: Coefficients<B, Scalar = F>,
     S: Pairs,
 {
@@ -88,7 +88,7 @@ where
 impl<'a, F, P, C, S, const B: usize> Piecewise<'a, F, P, C, S, PointwiseSource<'a, F, P, S, B>, B>
 where
     F: Real,
-    P: TransitionMoments<B> + PairIntegral<B> + StateSpace<Scalar = F>,
+    P: TransitionMoments<B> + PairIntegral<B> + Equation<Scalar = F, Value = F>,
     C: Coefficients<B, Scalar = F>,
     S: Pairs + Copy,
 {
@@ -182,12 +182,12 @@ fn no_pointwise(pairs: &impl Pairs, cells: usize) -> Result<(), GalerkinError> {
     Ok(())
 }
 
-impl<F: Real, P: StateSpace<Scalar = F>, const B: usize> StateSpace for SourceTable<'_, F, P, B> {
+impl<F: Real, P: Space<Scalar = F>, const B: usize> Space for SourceTable<'_, F, P, B> {
     type Scalar = F;
     type Point = P::Point;
 }
 
-impl<F: Real, P: Basis<B> + StateSpace<Scalar = F>, const B: usize> NeighbourSource
+impl<F: Real, P: Basis<B> + Space<Scalar = F>, const B: usize> NeighbourSource
     for SourceTable<'_, F, P, B>
 {
     #[inline]
@@ -196,9 +196,7 @@ impl<F: Real, P: Basis<B> + StateSpace<Scalar = F>, const B: usize> NeighbourSou
     }
 }
 
-impl<F: Real, P: StateSpace<Scalar = F>, S, const B: usize> StateSpace
-    for PointwiseSource<'_, F, P, S, B>
-{
+impl<F: Real, P: Space<Scalar = F>, S, const B: usize> Space for PointwiseSource<'_, F, P, S, B> {
     type Scalar = F;
     type Point = P::Point;
 }
@@ -206,7 +204,7 @@ impl<F: Real, P: StateSpace<Scalar = F>, S, const B: usize> StateSpace
 impl<F, P, S, const B: usize> NeighbourSource for PointwiseSource<'_, F, P, S, B>
 where
     F: Real,
-    P: PairIntegral<B> + StateSpace<Scalar = F>,
+    P: PairIntegral<B> + Equation<Scalar = F, Value = F>,
     S: Pairs,
 {
     #[inline]
@@ -221,7 +219,7 @@ where
     }
 }
 
-impl<F: Real, P: StateSpace<Scalar = F>, C, S, G, const B: usize> StateSpace
+impl<F: Real, P: Space<Scalar = F>, C, S, G, const B: usize> Space
     for Piecewise<'_, F, P, C, S, G, B>
 {
     type Scalar = F;
@@ -231,11 +229,13 @@ impl<F: Real, P: StateSpace<Scalar = F>, C, S, G, const B: usize> StateSpace
 impl<F, P, C, S, G, const B: usize> Neighbour for Piecewise<'_, F, P, C, S, G, B>
 where
     F: Real,
-    P: TransitionMoments<B> + StateSpace<Scalar = F>,
+    P: TransitionMoments<B> + Space<Scalar = F>,
     C: Coefficients<B, Scalar = F>,
     S: Pairs,
     G: NeighbourSource<Scalar = F, Point = P::Point>,
 {
+    type Value = F;
+
     #[inline]
     fn locate(&self, x: P::Point) -> Located<P::Point> {
         Located {
@@ -245,7 +245,7 @@ where
     }
 
     #[inline]
-    fn kernel(&self, x: &Located<P::Point>, y: &Located<P::Point>, k: F) -> F {
+    fn kernel(&self, x: &Located<P::Point>, y: &Located<P::Point>, k: &F) -> F {
         match self.pairs.kind(x.cell, y.cell) {
             PairKind::Galerkin => {
                 let left = self.problem.basis(x);
@@ -253,7 +253,7 @@ where
                 let c = self.problem.solve_moments(x, y.cell, right);
                 small::dot(&c, &self.problem.basis(y))
             }
-            PairKind::Pointwise => k,
+            PairKind::Pointwise => *k,
             PairKind::Dropped => zero(),
         }
     }

@@ -6,7 +6,7 @@ use super::{
     Coefficients, GalerkinError, GalerkinMatrix, PairIntegral, Pairs, Piecewise, PointwiseSource,
     Solution, SourceTable, TransitionMoments,
 };
-use crate::{Real, StateSpace};
+use crate::{Equation, Real, Space};
 
 /// v and G of a neighbour equation in the scalar of its walks, and the pairs to which G belongs.
 ///
@@ -87,7 +87,7 @@ impl<F: Real, S: Pairs + Copy> NeighbourVectors<F, S> {
         coefficients: &'a C,
     ) -> Result<WithoutPointwise<'a, F, P, C, S, B>, GalerkinError>
     where
-        P: TransitionMoments<B> + StateSpace<Scalar = F>,
+        P: TransitionMoments<B> + Space<Scalar = F>,
         C: Coefficients<B, Scalar = F>,
     {
         Piecewise::new(problem, coefficients, self.pairs, &self.v, &self.source)
@@ -103,7 +103,7 @@ impl<F: Real, S: Pairs + Copy> NeighbourVectors<F, S> {
         coefficients: &'a C,
     ) -> Result<WithPointwise<'a, F, P, C, S, B>, GalerkinError>
     where
-        P: TransitionMoments<B> + PairIntegral<B> + StateSpace<Scalar = F>,
+        P: TransitionMoments<B> + PairIntegral<B> + Equation<Scalar = F, Value = F>,
         C: Coefficients<B, Scalar = F>,
     {
         Piecewise::with_pointwise(problem, coefficients, self.pairs, &self.v, &self.source)

@@ -8,23 +8,26 @@ use num_traits::{one, zero};
 use super::events::{NoEvents, SampledStep, StepEvents};
 use crate::array::from_fn;
 use crate::galerkin::Basis;
-use crate::{Kernel, Located, Neighbour, Real, Sampler, StateSpace, Uniforms};
+use crate::{Equation, Located, Neighbour, Real, Space, Uniforms, Value};
 
-/// The tables of v and of the control variate c, borrowed, of B functions on a cell and D numbers of a step.
+/// The tables of v and of the control variate c, borrowed, of C channels, B functions on a cell and D numbers of a step.
+///
+/// Numbers of a cell, or of one of its boxes or events, stand side by side for all channels.
 #[derive(Clone, Copy, Debug)]
 pub struct StepControl<'a, F> {
-    /// v_ia: B numbers of every cell.
+    /// v_ia: C B numbers of every cell.
     pub v: &'a [F],
-    /// c: for every cell and each of its m^D boxes of steps the B coefficients of ψ_ia(x), and the D of the place in the box.
+    /// c: for every cell, each of its m^D boxes of steps and every channel the B coefficients of ψ_ia(x), and the D of the place in
+    /// the box.
     pub control: &'a [F],
-    /// C_ia, m^−D times the sum of these coefficients over the boxes of a cell: B numbers of every cell. Where they are
+    /// C_ia, m^−D times the sum of these coefficients over the boxes of a cell: C B numbers of every cell. Where they are
     /// something else, there is a bias.
     pub integral: &'a [F],
     /// m, the boxes along each axis of [0, 1]^D.
     pub per_axis: u32,
     /// The numbers of the events of every cell, as many of each; `u32::MAX`: none in this place, nor behind it.
     pub events: &'a [u32],
-    /// For every event of every cell the B coefficients of ψ_ia(x).
+    /// For every event of every cell and every channel the B coefficients of ψ_ia(x).
     pub of_events: &'a [F],
 }
 
@@ -35,19 +38,11 @@ pub enum SampledError {
     PerAxis,
     /// There are more than 32 events of a cell, or not as many of each.
     Events,
-    /// A table has another length than n·B numbers, n·m^D·(B + D), or B for every event.
+    /// A table has another length than n·C·B numbers, n·m^D·C·(B + D), or C·B for every event.
     Length {
         /// The length that it should have.
         expected: usize,
         /// The length that it has.
-        found: usize,
-    },
-    /// The tables are of another number of channels than the equation has, or of more than
-    /// [a walk serves](crate::channels::MOST_CHANNELS).
-    Channels {
-        /// The number of the equation's channels.
-        expected: usize,
-        /// The number of the tables' channels.
         found: usize,
     },
 }
@@ -62,11 +57,6 @@ impl fmt::Display for SampledError {
             Self::Length { expected, found } => {
                 write!(f, "a table must have {expected} numbers, not {found}")
             }
-            Self::Channels { expected, found } => write!(
-                f,
-                "tables of {found} channels, for an equation of {expected}; there are {} at most",
-                crate::channels::MOST_CHANNELS
-            ),
         }
     }
 }
@@ -75,48 +65,46 @@ impl core::error::Error for SampledError {}
 
 /// The neighbour equation v = T_k v + G of any v, with an unbiased estimate of G from steps: see the
 /// [module](crate::sampled). D is the number of uniform numbers that the control variate knows of a step; a step may draw
-/// more, or fewer.
+/// more, or fewer. Of several channels each has its own v and c, and all share the steps.
 ///
 /// ```
-/// use fredholm_core::galerkin::{Basis, Partition};
+/// use fredholm_core::galerkin::{Basis, Cells};
 /// use fredholm_core::sampled::{Sampled, StepControl};
-/// use fredholm_core::{Kernel, Located, Neighbour, NoDraws, Sampler, StateSpace, Uniforms};
+/// use fredholm_core::{Chain, Equation, Located, Neighbour, Space, Uniforms};
 ///
 /// /// u(x) = ½ ∫ u dy + 1 on [0, 1], of which nothing is known but how to step. u = 2.
 /// struct Half;
 ///
-/// impl StateSpace for Half {
+/// impl Space for Half {
 ///     type Scalar = f64;
 ///     type Point = f64;
 /// }
-/// impl Sampler for Half {
-///     fn absorption(&self, _: &f64) -> f64 {
-///         0.5
-///     }
+/// impl Chain for Half {
 ///     fn step<U: Uniforms<f64>>(&self, _: &f64, uniforms: &mut U) -> Option<f64> {
 ///         Some(uniforms.uniform())
 ///     }
 /// }
-/// impl Kernel for Half {
+/// impl Equation for Half {
+///     type Value = f64;
 ///     fn kernel(&self, _: &f64, _: &f64) -> f64 {
+///         0.5
+///     }
+///     fn source<U: Uniforms<f64>>(&self, _: &f64, _: &mut U) -> f64 {
 ///         1.0
 ///     }
 /// }
-/// impl Partition for Half {
-///     fn cells(&self) -> usize {
-///         1
-///     }
-///     fn locate(&self, _: &f64) -> usize {
-///         0
-///     }
-/// }
-/// impl Basis for Half {
-///     fn basis(&self, _: &Located<f64>) -> [f64; 1] {
-///         [1.0]
-///     }
-/// }
+/// # impl Cells for Half {
+/// #     const DIMENSION: usize = 1;
+/// #     fn cells(&self) -> usize { 1 }
+/// #     fn locate(&self, _: &f64) -> usize { 0 }
+/// #     fn measure(&self, _: usize) -> f64 { 1.0 }
+/// #     fn point(&self, _: usize, t: &[f64]) -> f64 { t[0] }
+/// #     fn parameters(&self, x: &Located<f64>, t: &mut [f64]) { t[0] = x.point }
+/// #     fn at(&self, x: &[f64]) -> Option<f64> { x.first().copied() }
+/// # }
+/// # impl Basis for Half {}
 ///
-/// // v = 2, and c = κ v = 1 in one box of steps.
+/// // v = 2, and c = k v = 1 in one box of steps, on one cell.
 /// let tables = StepControl {
 ///     v: &[2.0],
 ///     control: &[1.0, 0.0],
@@ -125,9 +113,9 @@ impl core::error::Error for SampledError {}
 ///     events: &[],
 ///     of_events: &[],
 /// };
-/// let neighbour = Sampled::<_, _, 1, 1>::new(&Half, tables, 1.try_into().unwrap())?;
+/// let neighbour = Sampled::<_, 1, 1>::new(&Half, tables, 1.try_into().unwrap())?;
 /// let x = neighbour.locate(0.3);
-/// // v = T_k v + G with G = 1. Where c is all of κ v, G does not depend on what is drawn.
+/// // v = T_k v + G with G = 1. Where c is all of k v, G does not depend on what is drawn.
 /// struct Fixed;
 /// impl Uniforms<f64> for Fixed {
 ///     fn uniform(&mut self) -> f64 {
@@ -138,67 +126,64 @@ impl core::error::Error for SampledError {}
 /// # Ok::<(), fredholm_core::sampled::SampledError>(())
 /// ```
 #[derive(Debug)]
-pub struct Sampled<'a, F, P, const D: usize, const B: usize = 1, E = NoEvents<P>> {
-    problem: &'a P,
-    events: &'a E,
+pub struct Sampled<'a, E: Space, const D: usize, const B: usize = 1, V = NoEvents<E>> {
+    equation: &'a E,
+    events: &'a V,
+    channels: usize,
     /// Events of a cell.
     slots: usize,
-    tables: StepControl<'a, F>,
+    tables: StepControl<'a, E::Scalar>,
     steps: u32,
-    per_steps: F,
+    per_steps: E::Scalar,
     /// From one step of a score to the next.
-    by: [F; D],
+    by: [E::Scalar; D],
 }
 
-// By hand: a derive would ask the problem to be `Clone` and `Copy`.
-impl<F: Copy, P, const D: usize, const B: usize, E> Clone for Sampled<'_, F, P, D, B, E> {
+// By hand: a derive would ask the equation to be `Clone` and `Copy`.
+impl<E: Space, const D: usize, const B: usize, V> Clone for Sampled<'_, E, D, B, V> {
     fn clone(&self) -> Self {
         *self
     }
 }
-impl<F: Copy, P, const D: usize, const B: usize, E> Copy for Sampled<'_, F, P, D, B, E> {}
+impl<E: Space, const D: usize, const B: usize, V> Copy for Sampled<'_, E, D, B, V> {}
 
-impl<'a, F, P, const D: usize, const B: usize> Sampled<'a, F, P, D, B>
-where
-    F: Real,
-    P: Basis<B> + StateSpace<Scalar = F>,
-{
+impl<'a, E: Equation + Basis<B>, const D: usize, const B: usize> Sampled<'a, E, D, B> {
     /// A neighbour equation whose G takes so many steps wherever it is scored, and whose control variate has no events.
     ///
     /// # Errors
     /// [`SampledError`].
     pub fn new(
-        problem: &'a P,
-        tables: StepControl<'a, F>,
+        equation: &'a E,
+        tables: StepControl<'a, E::Scalar>,
         steps: NonZeroU32,
     ) -> Result<Self, SampledError> {
-        Self::with_events((problem, &NoEvents::NEW), tables, steps)
+        Self::with_events(equation, &NoEvents::NEW, tables, steps)
     }
 }
 
-impl<'a, F, P, const D: usize, const B: usize, E> Sampled<'a, F, P, D, B, E>
+impl<'a, E, V, const D: usize, const B: usize> Sampled<'a, E, D, B, V>
 where
-    F: Real,
-    P: Basis<B> + StateSpace<Scalar = F>,
-    E: StepEvents<D, Scalar = F, Point = P::Point>,
+    E: Equation + Basis<B>,
+    V: StepEvents<D, Scalar = E::Scalar, Point = E::Point>,
 {
     /// A neighbour equation whose G takes so many steps wherever it is scored, with events of these steps.
     ///
     /// # Errors
     /// [`SampledError`].
     pub fn with_events(
-        (problem, events): (&'a P, &'a E),
-        tables: StepControl<'a, F>,
+        equation: &'a E,
+        events: &'a V,
+        tables: StepControl<'a, E::Scalar>,
         steps: NonZeroU32,
     ) -> Result<Self, SampledError> {
         if tables.per_axis == 0 || tables.per_axis > 1 << 16 {
             return Err(SampledError::PerAxis);
         }
-        let cells = problem.cells();
-        let unknowns = cells.saturating_mul(B);
+        let (cells, channels) = (equation.cells(), equation.channels());
+        let unknowns = cells.saturating_mul(channels * B);
         let entries = (0..D)
             .fold(cells, |n, _| n.saturating_mul(tables.per_axis as usize))
-            .saturating_mul(B + D);
+            .saturating_mul(channels * (B + D));
         let slots = tables.events.len().checked_div(cells).unwrap_or(0);
         if slots > 32 || slots.saturating_mul(cells) != tables.events.len() {
             return Err(SampledError::Events);
@@ -207,7 +192,10 @@ where
             (tables.v, unknowns),
             (tables.integral, unknowns),
             (tables.control, entries),
-            (tables.of_events, tables.events.len().saturating_mul(B)),
+            (
+                tables.of_events,
+                tables.events.len().saturating_mul(channels * B),
+            ),
         ] {
             let found = table.len();
             if found != expected {
@@ -217,86 +205,49 @@ where
         let mut by = [0.0; D];
         spread(&mut by);
         Ok(Self {
-            problem,
+            equation,
             events,
+            channels,
             slots,
             tables,
             steps: steps.get(),
-            per_steps: one::<F>() / F::from_u32(steps.get()),
-            by: by.map(F::from_f64),
+            per_steps: one::<E::Scalar>() / E::Scalar::from_u32(steps.get()),
+            by: by.map(E::Scalar::from_f64),
         })
     }
 
-    /// c(x, ω).
+    /// A combination of the ψ_ia(x) of a table with C B numbers for every place, channel by channel.
+    #[inline(always)]
+    fn combined(&self, table: &[E::Scalar], place: usize, psi: &[E::Scalar; B]) -> E::Value {
+        let first = place.saturating_mul(self.channels);
+        E::Value::from_fn(self.channels, |c| combine(table, first + c, psi))
+    }
+
+    /// c of the boxes at (x, ω).
     #[inline]
-    fn control(&self, cell: usize, psi: &[F; B], omega: &[F; D]) -> F {
-        let (number, place) = self.box_of(omega);
+    fn of_boxes(&self, cell: usize, psi: &[E::Scalar; B], omega: &[E::Scalar; D]) -> E::Value {
+        let (number, place) = box_of(omega, self.tables.per_axis);
         let boxes = power::<D>(self.tables.per_axis);
-        let from = (cell * boxes + number) * (B + D);
-        let own = self.tables.control.get(from..from + B + D).unwrap_or(&[]);
-        linear(own, psi, &place)
+        let first = (cell * boxes + number) * self.channels;
+        E::Value::from_fn(self.channels, |c| {
+            let from = (first + c) * (B + D);
+            let own = self.tables.control.get(from..from + B + D).unwrap_or(&[]);
+            linear(own, psi, &place)
+        })
     }
 
-    /// The events of x, with what c has for each there.
+    /// The events of a cell.
     #[inline]
-    fn events_of(&self, x: &Located<P::Point>, psi: &[F; B]) -> EventsAt<'a, F> {
-        let from = x.cell.saturating_mul(self.slots);
-        let own = self.tables.events.get(from..).unwrap_or(&[]);
-        let mut at = EventsAt {
-            numbers: &[],
-            values: [zero(); 32],
-            integral: zero(),
-        };
-        for (&event, value) in own.iter().take(self.slots).zip(&mut at.values) {
-            if event == u32::MAX {
-                break;
-            }
-            let place = from + at.numbers.len();
-            *value = combine(self.tables.of_events, place, psi);
-            at.integral += *value * self.events.probability(&x.point, event);
-            at.numbers = own.get(..at.numbers.len() + 1).unwrap_or(&[]);
-        }
-        at
-    }
-
-    /// The number of the box of steps in which ω lies, and its place there, from −1 to 1 along each axis.
-    #[inline]
-    fn box_of(&self, omega: &[F; D]) -> (usize, [F; D]) {
-        box_of(omega, self.tables.per_axis)
+    fn events_of(&self, cell: usize) -> &'a [u32] {
+        let from = cell.saturating_mul(self.slots);
+        let own: &[u32] = self.tables.events.get(from..).unwrap_or(&[]);
+        let own = own.get(..self.slots).unwrap_or(&[]);
+        let count = own.iter().take_while(|&&event| event != u32::MAX).count();
+        own.get(..count).unwrap_or(&[])
     }
 }
 
-/// The events of a state.
-struct EventsAt<'a, F> {
-    numbers: &'a [u32],
-    /// What c has for each, where it occurs.
-    values: [F; 32],
-    /// The sum of these times the probabilities.
-    integral: F,
-}
-
-impl<F: Real> EventsAt<'_, F> {
-    /// c(x, ω) of the events that occur.
-    #[inline]
-    fn control<E, const D: usize>(&self, events: &E, step: &SampledStep<'_, E::Point, F, D>) -> F
-    where
-        E: StepEvents<D, Scalar = F>,
-    {
-        let mut sum = zero::<F>();
-        if self.numbers.is_empty() {
-            return sum;
-        }
-        let mut left = events.occurring(step, self.numbers);
-        while left != 0 {
-            let place = left.trailing_zeros() as usize;
-            sum += self.values.get(place).copied().unwrap_or(F::NAN);
-            left &= left - 1;
-        }
-        sum
-    }
-}
-
-/// See [`Sampled::box_of`].
+/// The number of the box of steps in which ω lies, and its place there, from −1 to 1 along each axis.
 #[inline]
 pub(super) fn box_of<F: Real, const D: usize>(omega: &[F; D], per_axis: u32) -> (usize, [F; D]) {
     let m = F::from_u32(per_axis);
@@ -409,64 +360,86 @@ pub(super) fn advance<F: Real>(omega: &mut [F], by: &[F]) {
     }
 }
 
-impl<F: Real, P: StateSpace<Scalar = F>, const D: usize, const B: usize, E> StateSpace
-    for Sampled<'_, F, P, D, B, E>
-{
-    type Scalar = F;
-    type Point = P::Point;
+impl<E: Space, const D: usize, const B: usize, V> Space for Sampled<'_, E, D, B, V> {
+    type Scalar = E::Scalar;
+    type Point = E::Point;
 }
 
-impl<F, P, const D: usize, const B: usize, E> Neighbour for Sampled<'_, F, P, D, B, E>
+impl<E, V, const D: usize, const B: usize> Neighbour for Sampled<'_, E, D, B, V>
 where
-    F: Real,
-    P: Sampler + Kernel + Basis<B> + StateSpace<Scalar = F>,
-    E: StepEvents<D, Scalar = F, Point = P::Point>,
+    E: Equation + Basis<B>,
+    V: StepEvents<D, Scalar = E::Scalar, Point = E::Point>,
 {
+    type Value = E::Value;
+
     #[inline]
-    fn locate(&self, x: P::Point) -> Located<P::Point> {
+    fn locate(&self, x: E::Point) -> Located<E::Point> {
         Located {
             point: x,
-            cell: self.problem.locate(&x),
+            cell: self.equation.locate(&x),
         }
     }
 
     /// h = k.
     #[inline]
-    fn kernel(&self, _: &Located<P::Point>, _: &Located<P::Point>, k: F) -> F {
-        k
+    fn kernel(&self, _: &Located<E::Point>, _: &Located<E::Point>, k: &E::Value) -> E::Value {
+        *k
     }
 
-    fn source(&self, x: &Located<P::Point>, draws: &mut dyn Uniforms<F>) -> F {
-        let psi = self.problem.basis(x);
-        let events = self.events_of(x, &psi);
-        let survival = one::<F>() - self.problem.absorption(&x.point);
-        let mut omega: [F; D] = from_fn(|_| draws.uniform());
-        let mut sum = zero::<F>();
+    fn source(&self, x: &Located<E::Point>, draws: &mut dyn Uniforms<E::Scalar>) -> E::Value {
+        let psi = self.equation.basis(x);
+        let events = self.events_of(x.cell);
+        let mut omega: [E::Scalar; D] = from_fn(|_| draws.uniform());
+        let mut sum = E::Value::splat(self.channels, zero());
+        // How often each event occurs.
+        let mut times = [0_u32; 32];
         for step in 0..self.steps {
             if step > 0 {
                 advance(&mut omega, &self.by);
             }
             let mut numbers = Given::new(omega, &mut *draws);
-            let to = self.problem.step(&x.point, &mut numbers);
+            let to = self.equation.step(&x.point, &mut numbers);
             if let Some(y) = to {
-                let kappa = survival * self.problem.kernel(&x.point, &y);
-                sum += kappa * self.value(&self.locate(y));
+                let k = self.equation.kernel(&x.point, &y);
+                sum = sum.plus(&k.times(&self.value(&self.locate(y))));
             }
-            sum -= self.control(x.cell, &psi, &omega);
-            let step = SampledStep {
-                from: &x.point,
-                omega: &omega,
-                to: to.as_ref(),
-            };
-            sum -= events.control(self.events, &step);
+            sum = sum.minus(&self.of_boxes(x.cell, &psi, &omega));
+            if !events.is_empty() {
+                let step = SampledStep {
+                    from: &x.point,
+                    omega: &omega,
+                    to: to.as_ref(),
+                };
+                let mut left = self.events.occurring(&step, events);
+                while left != 0 {
+                    if let Some(times) = times.get_mut(left.trailing_zeros() as usize) {
+                        *times += 1;
+                    }
+                    left &= left - 1;
+                }
+            }
         }
-        let own = combine(self.tables.v, x.cell, &psi);
-        let integral = combine(self.tables.integral, x.cell, &psi) + events.integral;
-        own - integral - sum * self.per_steps
+        let mut source = self.value(x);
+        let integral = self.combined(self.tables.integral, x.cell, &psi);
+        source = source.minus(&integral).minus(&sum.scaled(self.per_steps));
+        // An event counts by how much more often it occurred than it does.
+        let first = x.cell.saturating_mul(self.slots);
+        for ((place, &event), &times) in (first..).zip(events).zip(&times) {
+            let share = E::Scalar::from_u32(times) * self.per_steps;
+            let more = share - self.events.probability(&x.point, event);
+            let own = self.combined(self.tables.of_events, place, &psi);
+            source = source.plus(&own.scaled(more));
+        }
+        source
     }
 
     #[inline]
-    fn value(&self, x: &Located<P::Point>) -> F {
-        combine(self.tables.v, x.cell, &self.problem.basis(x))
+    fn value(&self, x: &Located<E::Point>) -> E::Value {
+        self.combined(self.tables.v, x.cell, &self.equation.basis(x))
+    }
+
+    #[inline]
+    fn is_pointwise(&self) -> bool {
+        true
     }
 }

@@ -5,7 +5,7 @@ use core::marker::PhantomData;
 
 use num_traits::zero;
 
-use crate::StateSpace;
+use crate::Space;
 
 /// A step as its events see it.
 ///
@@ -32,13 +32,13 @@ pub struct SampledStep<'s, P, F, const D: usize> {
 /// known: see the [module](crate::sampled).
 ///
 /// ```
-/// use fredholm_core::StateSpace;
+/// use fredholm_core::Space;
 /// use fredholm_core::sampled::{SampledStep, StepEvents};
 ///
 /// /// Steps that are uniform on [0, 1], and what they meet: one thing below x, another one above.
 /// struct Two;
 ///
-/// impl StateSpace for Two {
+/// impl Space for Two {
 ///     type Scalar = f64;
 ///     type Point = f64;
 /// }
@@ -57,7 +57,7 @@ pub struct SampledStep<'s, P, F, const D: usize> {
 /// assert_eq!(Two.occurring(&step, &[0]), 1);
 /// assert_eq!(Two.probability(&0.3, 0), 0.3);
 /// ```
-pub trait StepEvents<const D: usize>: StateSpace {
+pub trait StepEvents<const D: usize>: Space {
     /// The number of the event of steps that lead towards a cell; `None`: there is none.
     fn towards(&self, cell: usize) -> Option<u32>;
 
@@ -75,11 +75,11 @@ pub trait StepEvents<const D: usize>: StateSpace {
 /// Steps without events.
 ///
 /// ```
-/// use fredholm_core::StateSpace;
+/// use fredholm_core::Space;
 /// use fredholm_core::sampled::{NoEvents, StepEvents};
 ///
 /// struct Line;
-/// impl StateSpace for Line {
+/// impl Space for Line {
 ///     type Scalar = f64;
 ///     type Point = f64;
 /// }
@@ -98,12 +98,12 @@ impl<P> fmt::Debug for NoEvents<P> {
     }
 }
 
-impl<P: StateSpace> StateSpace for NoEvents<P> {
+impl<P: Space> Space for NoEvents<P> {
     type Scalar = P::Scalar;
     type Point = P::Point;
 }
 
-impl<P: StateSpace, const D: usize> StepEvents<D> for NoEvents<P> {
+impl<P: Space, const D: usize> StepEvents<D> for NoEvents<P> {
     #[inline(always)]
     fn towards(&self, _: usize) -> Option<u32> {
         None

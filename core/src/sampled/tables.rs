@@ -5,10 +5,10 @@ use core::num::NonZeroU32;
 
 use super::events::StepEvents;
 use super::{Sampled, SampledError, StepControl};
+use crate::Equation;
 use crate::galerkin::Basis;
-use crate::{Real, StateSpace};
 
-/// v, c and C in the scalar of the walks.
+/// v, c and C in the scalar of the walks, of every channel.
 #[derive(Clone, Debug)]
 pub struct SampledTables<F> {
     pub(super) v: Vec<F>,
@@ -19,8 +19,8 @@ pub struct SampledTables<F> {
     pub(super) of_events: Vec<F>,
 }
 
-impl<F: Real> SampledTables<F> {
-    /// v_ia.
+impl<F> SampledTables<F> {
+    /// v_ia: B numbers of every channel, cell by cell.
     #[must_use]
     pub fn v(&self) -> &[F] {
         &self.v
@@ -39,34 +39,21 @@ impl<F: Real> SampledTables<F> {
         }
     }
 
-    /// The neighbour equation of v, with so many steps wherever G is scored.
+    /// The neighbour equation of v whose c has events of the steps, [`NoEvents`](super::NoEvents) say, with so many steps wherever G
+    /// is scored.
     ///
     /// # Errors
-    /// [`SampledError`]: it is none of the problem's cells and functions.
-    pub fn neighbour<'a, P, const D: usize, const B: usize>(
+    /// [`SampledError`]: it is none of the equation's cells, functions and channels.
+    pub fn neighbour<'a, E, V, const D: usize, const B: usize>(
         &'a self,
-        problem: &'a P,
+        equation: &'a E,
+        events: &'a V,
         steps: NonZeroU32,
-    ) -> Result<Sampled<'a, F, P, D, B>, SampledError>
+    ) -> Result<Sampled<'a, E, D, B, V>, SampledError>
     where
-        P: Basis<B> + StateSpace<Scalar = F>,
+        E: Equation<Scalar = F> + Basis<B>,
+        V: StepEvents<D, Scalar = F, Point = E::Point>,
     {
-        Sampled::new(problem, self.tables(), steps)
-    }
-
-    /// The neighbour equation of v whose c has events of the steps, with so many steps wherever G is scored.
-    ///
-    /// # Errors
-    /// [`SampledError`]: it is none of the problem's cells and functions.
-    pub fn neighbour_with_events<'a, P, E, const D: usize, const B: usize>(
-        &'a self,
-        of: (&'a P, &'a E),
-        steps: NonZeroU32,
-    ) -> Result<Sampled<'a, F, P, D, B, E>, SampledError>
-    where
-        P: Basis<B> + StateSpace<Scalar = F>,
-        E: StepEvents<D, Scalar = F, Point = P::Point>,
-    {
-        Sampled::with_events(of, self.tables(), steps)
+        Sampled::with_events(equation, events, self.tables(), steps)
     }
 }

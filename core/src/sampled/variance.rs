@@ -4,10 +4,9 @@ use core::num::NonZeroU32;
 
 use num_traits::zero;
 
-use crate::galerkin::CellMap;
+use crate::galerkin::Cells;
 use crate::{
-    DefaultGenerator, Kernel, Located, Neighbour, RandomSource, Real, RngUniforms, Sampler,
-    StateSpace, WalkSeeds,
+    DefaultGenerator, Equation, Located, NeighbourOf, Real, RngUniforms, Value, WalkSeeds,
 };
 
 /// Mean squares over X of what a score varies by, in the square of u's unit.
@@ -33,18 +32,14 @@ const NUMBER: u64 = u64::MAX - 2;
 impl ScoreVariance {
     /// Estimates from two scores in a point of each of at most 1024 cells, evenly among all, of a neighbour equation that
     /// takes so many steps. The seeds are fixed: for the same equation it is the same number.
-    pub fn estimate<F, P, S, N>(
-        problem: &P,
-        source: &S,
-        (neighbour, steps): (&N, NonZeroU32),
-    ) -> Self
+    ///
+    /// Of several channels they are sums over all.
+    pub fn estimate<E, N>(equation: &E, neighbour: &N, steps: NonZeroU32) -> Self
     where
-        F: Real,
-        P: Sampler + Kernel + CellMap + StateSpace<Scalar = F>,
-        S: RandomSource + StateSpace<Scalar = F, Point = P::Point>,
-        N: Neighbour<Scalar = F, Point = P::Point>,
+        E: Equation + Cells,
+        N: NeighbourOf<E> + ?Sized,
     {
-        let cells = problem.cells();
+        let cells = equation.cells();
         let count = cells.min(CELLS);
         let seeds = WalkSeeds::<DefaultGenerator>::new(1, NUMBER);
         let (mut sums, mut area) = ([0.0; 3], 0.0);
@@ -52,22 +47,25 @@ impl ScoreVariance {
             let cell = i * cells / count;
             let mut draws = RngUniforms(seeds.generator(cell as u64));
             let mut t = [0.5; 8];
-            for t in t.iter_mut().take(P::DIMENSION) {
+            for t in t.iter_mut().take(E::DIMENSION) {
                 *t = crate::Uniforms::<f64>::uniform(&mut draws);
             }
             let x = Located {
-                point: problem.point(cell, &t),
+                point: equation.point(cell, &t),
                 cell,
             };
             let [a, b] = [(); 2].map(|()| {
-                let f = source.sample_source(&x.point, &mut draws).to_f64();
-                [f, neighbour.source(&x, &mut draws).to_f64()]
+                let f = equation.source(&x.point, &mut draws);
+                [f, neighbour.source(&x, &mut draws)]
             });
-            let measure = problem.measure(cell);
-            let halves = |k: usize| 0.5 * (a[k] - b[k]) * (a[k] - b[k]);
-            let terms = [(a[0] - a[1]) * (b[0] - b[1]), halves(0), halves(1)];
-            for (sum, term) in sums.iter_mut().zip(terms) {
-                *sum += measure * term;
+            let measure = equation.measure(cell);
+            for channel in 0..equation.channels() {
+                let [a, b] = [a, b].map(|both| both.map(|value| value.get(channel).to_f64()));
+                let halves = |k: usize| 0.5 * (a[k] - b[k]) * (a[k] - b[k]);
+                let terms = [(a[0] - a[1]) * (b[0] - b[1]), halves(0), halves(1)];
+                for (sum, term) in sums.iter_mut().zip(terms) {
+                    *sum += measure * term;
+                }
             }
             area += measure;
         }

@@ -2,15 +2,15 @@
 
 use alloc::vec::Vec;
 use core::fmt;
-use fredholm_core::array::Each;
 
 use fredholm_core::galerkin::{buffer, reserve};
 use fredholm_core::{Estimator, Form};
 
-use crate::matrix::{Matrix, Nodal, against, check, collect};
+use crate::matrix::{Matrix, Nodal, against, check, collect, means};
 use crate::passes::Passes;
-use crate::sources::{plain_source, residual_seconds, second_sources, total_sources};
-use crate::{Moments, Node, Power, Site, VarianceError, VarianceModel};
+use crate::site::Moments;
+use crate::sources::{own_squares, residual_seconds, second_sources};
+use crate::{Node, Power, Site, VarianceError, VarianceModel};
 
 /// The solved equations of the variance, on the sites of a model.
 #[derive(Clone)]
@@ -21,7 +21,8 @@ pub struct Analysis<'a> {
     pub form: Form,
     /// The sites.
     pub sites: Vec<Site>,
-    /// ‖T_k²p^m‖ < 1 for this m, or none: plain walks have no variance then.
+    /// ‖T_k²p^m‖ < 1 for this m, or none: plain walks have no variance then. By roulette λ stands for k², with which
+    /// later states count.
     pub kernel_power: Option<Power>,
     /// ‖T_h²p^m‖ < 1 for this m, or none: preconditioned walks have no variance then, in the product form.
     pub neighbour_power: Option<Power>,
@@ -48,8 +49,12 @@ pub(crate) struct Means {
     pub(crate) error: Vec<f64>,
     /// s and c.
     pub(crate) seconds: Vec<[f64; 2]>,
-    /// E η(k,f)² and w.
-    pub(crate) totals: Vec<[f64; 2]>,
+    /// What a state itself adds to E η(k,f)² and w.
+    pub(crate) own: Vec<[f64; 2]>,
+    /// What the step from it adds, with the next state.
+    pub(crate) next: Vec<[f64; 2]>,
+    /// What all later states add.
+    pub(crate) later: Vec<[f64; 2]>,
 }
 
 /// A function that is applied to each of several things, usually sites, with its number.
@@ -69,7 +74,7 @@ pub fn serially<T>(all: &mut [T], pass: &Pass<'_, T>) {
 impl<'a> Analysis<'a> {
     /// Takes all integrals and solves the equations, for one estimator and form.
     ///
-    /// O(n²) evaluations of k five times and of h three times for n nodes, and 56 bytes for each pair of sites.
+    /// O(n²) evaluations of k five times and of h three times for n nodes, and 72 bytes for each pair of sites.
     ///
     /// # Errors
     /// [`VarianceError`].
@@ -85,7 +90,7 @@ impl<'a> Analysis<'a> {
             form,
         };
         let sites = integrate(passes, run)?;
-        let matrix = Matrix::new(&sites, |m: &Moments| m.kk);
+        let matrix = Matrix::new(&sites, |m: &Moments| m.later);
         let kernel_power = matrix.contracting_power()?;
         let matrix = Matrix::new(&sites, |m: &Moments| m.hh);
         let neighbour_power = matrix.contracting_power()?;
@@ -101,10 +106,8 @@ impl<'a> Analysis<'a> {
         analysis.means.error = analysis.errors()?;
         analysis.refine_errors(run)?;
         if kernel_power.is_some() {
-            if analysis.is_finite() {
-                analysis.square_sources(run)?;
-            }
-            analysis.resolve_totals(run)?;
+            analysis.square_sources(run)?;
+            analysis.resolve_later(run)?;
         }
         Ok(analysis)
     }
@@ -117,28 +120,30 @@ impl<'a> Analysis<'a> {
         }
     }
 
-    /// E η(k,f)² and w: in the mean over sites, and then in the nodes by T_k²p of what is known there.
-    fn resolve_totals(&mut self, run: &Run<'_, Site>) -> Result<(), VarianceError> {
+    /// What later states add to E η(k,f)² and w: in the mean over sites, and then in the nodes by the operators' application to
+    /// what is known there. The latter is NaN where it is infinite.
+    fn resolve_later(&mut self, run: &Run<'_, Site>) -> Result<(), VarianceError> {
         let passes = self.passes();
-        let rough = self.rough_totals()?;
-        for site in &mut self.sites {
-            let reflected = [0, 1].each(|k| {
-                let of = site.row.iter().zip(&rough);
-                of.map(|(m, totals)| m.kk * totals[k]).sum::<f64>()
-            });
-            for node in &mut site.nodes {
-                let [plain, squared] = total_sources(passes.estimator, node);
-                node.totals = [plain + reflected[0], squared + reflected[1]];
+        let matrix = Matrix::new(&self.sites, |m: &Moments| m.later);
+        let mut rough: Vec<[f64; 2]> = buffer(self.sites.len())?;
+        rough.fill([f64::NAN; 2]);
+        for k in 0..if self.is_finite() { 2 } else { 1 } {
+            let mut source = buffer(self.sites.len())?;
+            for (source, site) in source.iter_mut().zip(&self.sites) {
+                let next = site.row.iter().zip(&self.means.next);
+                *source = next.map(|(m, next)| m.next * next[k]).sum();
+            }
+            for (rough, later) in rough.iter_mut().zip(matrix.resolve(&source)?) {
+                rough[k] = later;
             }
         }
-        let means = self.mean_totals()?;
-        let totals = Nodal::new(&self.sites, &means, |node| node.totals)?;
+        let nexts = Nodal::new(&self.sites, &self.means.next, |node| node.next)?;
         run(&mut self.sites, &|_, site| {
             for node in &mut site.nodes {
-                node.totals = passes.totals(node, &totals);
+                node.later = passes.later(node, &nexts, &rough);
             }
         });
-        self.means.totals = self.mean_totals()?;
+        self.means.later = means(&self.sites, |node| node.later)?;
         Ok(())
     }
 
@@ -157,18 +162,28 @@ impl<'a> Analysis<'a> {
         Ok(())
     }
 
-    /// s, c and the source of w.
+    /// s, c, and what states and the steps from them add to E η(k,f)² and w. s and c stay NaN where they are infinite.
     fn square_sources(&mut self, run: &Run<'_, Site>) -> Result<(), VarianceError> {
         let passes = self.passes();
-        let means = self.seconds()?;
+        let own_of = |node: &Node| own_squares(passes.estimator, node);
+        let mut of_sites = buffer(self.sites.len())?;
+        of_sites.fill([f64::NAN; 2]);
+        if self.is_finite() {
+            of_sites = self.seconds()?;
+            run(&mut self.sites, &|_, site| {
+                for node in &mut site.nodes {
+                    passes.second(&of_sites, node);
+                }
+            });
+        }
+        self.means.seconds = of_sites;
+        self.means.own = means(&self.sites, own_of)?;
+        let seconds = Nodal::new(&self.sites, &self.means.seconds, seconds_of)?;
+        let own = Nodal::new(&self.sites, &self.means.own, own_of)?;
         run(&mut self.sites, &|_, site| {
-            for node in &mut site.nodes {
-                passes.second(&means, node);
-            }
+            passes.square(&seconds, &own, site);
         });
-        let seconds = Nodal::new(&self.sites, &means, seconds_of)?;
-        run(&mut self.sites, &|_, site| passes.square(&seconds, site));
-        self.means.seconds = means;
+        self.means.next = means(&self.sites, |node| node.next)?;
         Ok(())
     }
 
@@ -187,16 +202,16 @@ impl<'a> Analysis<'a> {
         node.error = passes.error(&node, &errors);
         if self.is_finite() {
             passes.second(&means.seconds, &mut node);
-            site.nodes.push(node);
-            let seconds = Nodal::new(&self.sites, &means.seconds, seconds_of)?;
-            passes.square(&seconds, &mut site);
-        } else {
-            site.nodes.push(node);
         }
+        site.nodes.push(node);
         if self.kernel_power.is_some() {
-            let totals = Nodal::new(&self.sites, &means.totals, |node| node.totals)?;
+            let own_of = |node: &Node| own_squares(passes.estimator, node);
+            let seconds = Nodal::new(&self.sites, &means.seconds, seconds_of)?;
+            let own = Nodal::new(&self.sites, &means.own, own_of)?;
+            passes.square(&seconds, &own, &mut site);
+            let nexts = Nodal::new(&self.sites, &means.next, |node| node.next)?;
             for node in &mut site.nodes {
-                node.totals = passes.totals(node, &totals);
+                node.later = passes.later(node, &nexts, &means.later);
             }
         }
         Ok(site)
@@ -222,41 +237,10 @@ impl<'a> Analysis<'a> {
         self.kernel_power.is_some() && is_neighbour
     }
 
-    /// E η(k,f)² and w in the mean over sites, from what they are in the nodes.
-    fn mean_totals(&self) -> Result<Vec<[f64; 2]>, VarianceError> {
-        let mut means = reserve(self.sites.len())?;
-        let of = |site: &Site| [0, 1].each(|k| site.mean(|x| x.totals[k]));
-        means.extend(self.sites.iter().map(of));
-        Ok(means)
-    }
-
-    /// E η(k,f)² and w in the mean over sites, as if they were constant there; w is NaN where it is infinite.
-    fn rough_totals(&self) -> Result<Vec<[f64; 2]>, VarianceError> {
-        let matrix = Matrix::new(&self.sites, |m: &Moments| m.kk);
-        let plain = collect(&self.sites, |site| {
-            site.mean(|x| plain_source(self.estimator, x))
-        })?;
-        let mut squared = collect(&self.sites, |site| site.mean(Node::squared))?;
-        let plain = matrix.resolve(&plain)?;
-        if self.is_finite() {
-            squared = matrix.resolve(&squared)?;
-        } else {
-            squared.fill(f64::NAN);
-        }
-        let mut totals = buffer(plain.len())?;
-        for (place, (plain, squared)) in totals.iter_mut().zip(plain.into_iter().zip(squared)) {
-            *place = [plain, squared];
-        }
-        Ok(totals)
-    }
-
     /// s and c in the mean over sites.
     fn seconds(&self) -> Result<Vec<[f64; 2]>, VarianceError> {
         if self.form == Form::Residual {
-            let mut seconds = reserve(self.sites.len())?;
-            let of = |site: &Site| [0, 1].each(|k| site.mean(|x| residual_seconds(x)[k]));
-            seconds.extend(self.sites.iter().map(of));
-            return Ok(seconds);
+            return Ok(means(&self.sites, residual_seconds)?);
         }
         let of = |which: usize| {
             collect(&self.sites, |site| {

@@ -7,8 +7,9 @@ use fredholm_core::Real;
 use fredholm_core::galerkin::{GalerkinMatrix, buffer};
 
 use crate::matrix::{Matrix, POWERS};
+use crate::site::Moments;
 use crate::sources::scored;
-use crate::{Analysis, Moments, Node, Power, Prediction, VarianceError};
+use crate::{Analysis, Node, Power, Prediction, VarianceError};
 
 /// The quantities that bound Var ζ of the absorption estimator. Suprema are taken over the nodes and sites of the quadrature.
 #[derive(Clone, Copy, Debug, PartialEq)]

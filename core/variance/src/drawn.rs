@@ -16,10 +16,9 @@ use core::fmt;
 use core::ops::Range;
 
 use fredholm_core::galerkin::{GalerkinError, PairKind, reserve};
-use fredholm_core::{
-    DefaultGenerator, Kernel, Located, NeighbourOf, RandomSource, RngUniforms, Sampler,
-};
+use fredholm_core::{Absorption, DefaultGenerator, Equation, Located, NeighbourOf, RngUniforms};
 
+use crate::survival::{Survival, Survived};
 use crate::{Density, Origin, Position, Transition, Values, VarianceModel, Wanted};
 
 /// Numbers to draw from.
@@ -39,7 +38,7 @@ pub struct DrawCounts {
 pub struct DrawnSite {
     weight: f64,
     values: Values,
-    /// By sites, and of equal k together.
+    /// By sites, and of equal weights together.
     steps: Vec<DrawnStep>,
 }
 
@@ -49,7 +48,18 @@ struct DrawnStep {
     site: u32,
     /// Their probability.
     mass: f64,
-    kernel: f64,
+    survived: Survived,
+}
+
+/// What walks: an equation, its neighbour equation, in which h = k, and how walks end.
+#[derive(Debug)]
+pub struct Walked<'a, E, N: ?Sized> {
+    /// The equation.
+    pub equation: &'a E,
+    /// The neighbour equation.
+    pub neighbour: &'a N,
+    /// How walks end.
+    pub absorption: Absorption,
 }
 
 impl DrawnSite {
@@ -59,21 +69,27 @@ impl DrawnSite {
     /// # Errors
     /// [`GalerkinError::Memory`].
     pub fn new<E, N>(
-        (equation, neighbour): (&E, &N),
+        walked: &Walked<'_, E, N>,
         counts: DrawCounts,
         draws: &mut Draws,
         point: &mut dyn FnMut(&mut Draws) -> E::Point,
         site_of: &dyn Fn(&E::Point) -> usize,
     ) -> Result<Self, GalerkinError>
     where
-        E: Sampler<Scalar = f64> + Kernel + RandomSource,
+        E: Equation<Scalar = f64, Value = f64>,
         N: NeighbourOf<E> + ?Sized,
     {
+        let Walked {
+            equation,
+            neighbour,
+            absorption,
+        } = *walked;
+        let survival = Survival::new(equation, neighbour, absorption);
         let x = point(draws);
         let mut site = Self {
             weight: 1.0,
             values: Values {
-                absorption: equation.absorption(&x),
+                absorption: 1.0 - survival.probability(&x, 1.0),
                 source: 0.0,
                 neighbour_source: 0.0,
                 source_noise: 0.0,
@@ -85,7 +101,7 @@ impl DrawnSite {
         let (mut of_source, mut of_difference) = (Squares::default(), Squares::default());
         for _ in 0..counts.scores {
             let x: Located<E::Point> = neighbour.locate(point(draws));
-            let source = equation.sample_source(&x.point, draws);
+            let source = equation.source(&x.point, draws);
             let difference = source - neighbour.source(&x, draws);
             of_source.add(source);
             of_difference.add(difference);
@@ -97,17 +113,23 @@ impl DrawnSite {
         site.values.noise = of_difference.variance();
         for _ in 0..counts.steps {
             let x = point(draws);
-            let survival = 1.0 - equation.absorption(&x);
             if let Some(y) = equation.step(&x, draws) {
+                let kernel = equation.kernel(&x, &y);
+                let survived = survival.step(survival.probability(&x, 1.0), &y, kernel);
                 site.steps.push(DrawnStep {
                     site: site_of(&y) as u32,
-                    mass: survival / f64::from(counts.steps),
-                    kernel: equation.kernel(&x, &y),
+                    mass: survived.probability / f64::from(counts.steps),
+                    survived,
                 });
             }
         }
-        let order =
-            |a: &DrawnStep, b: &DrawnStep| a.site.cmp(&b.site).then(a.kernel.total_cmp(&b.kernel));
+        let order = |a: &DrawnStep, b: &DrawnStep| {
+            let [of_a, of_b] = [a, b].map(|step| step.survived);
+            (a.site.cmp(&b.site))
+                .then(of_a.kernel.total_cmp(&of_b.kernel))
+                .then(of_a.next.total_cmp(&of_b.next))
+                .then(of_a.later.total_cmp(&of_b.later))
+        };
         site.steps.sort_by(order);
         site.steps.dedup_by(|next, kept| {
             let is_same = order(next, kept).is_eq();
@@ -127,15 +149,6 @@ impl DrawnSite {
             weight: measure,
             ..self
         }
-    }
-
-    /// The start of walks of whose score so much is known: see [`Density::known`].
-    #[must_use]
-    pub fn with_known(mut self, known: f64) -> Self {
-        self.values.source += known;
-        self.values.neighbour_source += known;
-        self.values.value += known;
-        self
     }
 }
 
@@ -241,8 +254,10 @@ impl VarianceModel for DrawnModel<'_> {
                 node: None,
                 cell: site,
                 left_out: false,
-                kernel: step.kernel,
-                neighbour: step.kernel,
+                kernel: step.survived.kernel,
+                next: step.survived.next,
+                later: step.survived.later,
+                neighbour: step.survived.kernel,
                 // Where h = k nobody needs v.
                 value: 0.0,
             });
@@ -251,14 +266,6 @@ impl VarianceModel for DrawnModel<'_> {
 
     fn kind(&self, _: usize, _: usize) -> PairKind {
         PairKind::Pointwise
-    }
-
-    fn pointwise(&self, _: usize, cells: usize, visit: &mut dyn FnMut(usize)) {
-        (0..cells).for_each(visit);
-    }
-
-    fn has_galerkin(&self) -> bool {
-        false
     }
 
     fn start(&self, start: usize) -> Option<Origin> {

@@ -17,20 +17,11 @@ pub enum VarianceError {
     },
     /// No memory, or an iteration that diverges: the mean of the walks does not exist.
     Galerkin(GalerkinError),
-    /// Pairs of cells cannot be told apart: a site is more than one cell.
-    Coarse {
-        /// The number of a cell that has no site.
-        cell: usize,
-    },
-    /// The variance is infinite.
-    Infinite,
     /// The model has no start of this number.
     NoStart {
         /// The number that was asked for.
         start: usize,
     },
-    /// The model has no neighbour equation to take h of pairs in S from.
-    NoGalerkin,
 }
 
 impl fmt::Display for VarianceError {
@@ -45,19 +36,9 @@ impl fmt::Display for VarianceError {
                 "kernel, source or neighbour equation is not finite at a node of site {site} or in a step from it"
             ),
             Self::Galerkin(error) => error.fmt(f),
-            Self::Coarse { cell } => write!(
-                f,
-                "cell {cell} has no site of its own: pairs of cells cannot be told apart; more nodes are needed"
-            ),
-            Self::Infinite => f.write_str(
-                "the variance of the walks is infinite: there is nothing to choose pairs by",
-            ),
             Self::NoStart { start } => write!(
                 f,
                 "there is no start of number {start}: starts are those that the model was made with, from 0"
-            ),
-            Self::NoGalerkin => f.write_str(
-                "a choice of pairs requires a neighbour equation with all pairs in S that may be: give it as `galerkin`",
             ),
         }
     }

@@ -3,11 +3,13 @@
 use alloc::vec::Vec;
 
 use fredholm_core::Real;
+use fredholm_core::array::Each;
 use fredholm_core::galerkin::{
     Dense, GalerkinError, GalerkinMatrix, StoppingRule, buffer, gauss_seidel, reserve,
 };
 
-use crate::{Moments, Node, Site, VarianceError};
+use crate::site::Moments;
+use crate::{Node, Site, VarianceError};
 
 /// The largest power of an operator that is looked at.
 pub(crate) const POWERS: u32 = 1000;
@@ -56,9 +58,6 @@ impl<'a, T: Copy + Default> Nodal<'a, T> {
         of_node.or_else(|| self.means.get(site)).copied()
     }
 }
-
-/// s and c.
-pub(crate) type Seconds<'a> = Nodal<'a, [f64; 2]>;
 
 /// One of the moments between sites as a matrix.
 pub(crate) struct Matrix<'a, M> {
@@ -165,6 +164,35 @@ impl<'a, M: Fn(&Moments) -> f64> Matrix<'a, M> {
 /// Σ_j of a moment times a vector.
 pub(crate) fn against(row: &[Moments], moment: impl Fn(&Moments) -> f64, x: &[f64]) -> f64 {
     row.iter().zip(x).map(|(m, x)| moment(m) * x).sum()
+}
+
+/// Masses of sites after a step: Σ_i of a mass times a moment.
+pub(crate) fn along(
+    sites: &[Site],
+    masses: &[f64],
+    moment: impl Fn(&Moments) -> f64,
+) -> Result<Vec<f64>, GalerkinError> {
+    let mut out = buffer(sites.len())?;
+    for (site, mass) in sites.iter().zip(masses) {
+        for (out, moments) in out.iter_mut().zip(&site.row) {
+            *out += mass * moment(moments);
+        }
+    }
+    Ok(out)
+}
+
+/// The means over sites of two functions of the nodes.
+pub(crate) fn means(
+    sites: &[Site],
+    of: impl Fn(&Node) -> [f64; 2],
+) -> Result<Vec<[f64; 2]>, GalerkinError> {
+    let mut out = reserve(sites.len())?;
+    out.extend(
+        sites
+            .iter()
+            .map(|site| [0, 1].each(|k| site.mean(|x| of(x)[k]))),
+    );
+    Ok(out)
 }
 
 /// Collects a number of every site.

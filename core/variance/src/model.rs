@@ -32,12 +32,6 @@ pub trait VarianceModel: Sync {
     /// The kind of the pair of cells (i, j).
     fn kind(&self, i: usize, j: usize) -> PairKind;
 
-    /// Calls `visit` for all j of n cells with (i, j) pointwise.
-    fn pointwise(&self, i: usize, cells: usize, visit: &mut dyn FnMut(usize));
-
-    /// Whether steps can tell h of a neighbour equation with all pairs in S that may be ([`Wanted::Choice`]).
-    fn has_galerkin(&self) -> bool;
-
     /// Where walks of the start with this number begin, if there is one.
     fn start(&self, start: usize) -> Option<Origin>;
 
@@ -97,14 +91,12 @@ pub enum Wanted {
     Kind,
     /// v(y).
     Value,
-    /// The cell, k(x,y) and v(y), and h(x,y) of the neighbour equation with all pairs in S that may be.
-    Choice,
 }
 
 /// A step from x to a place y.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transition {
-    /// The weight: that of the quadrature times p(x,y).
+    /// The weight: that of the quadrature times p(x,y) and the probability to go on.
     pub weight: f64,
     /// Which node of its site y is, if it is one.
     pub node: Option<usize>,
@@ -112,12 +104,30 @@ pub struct Transition {
     pub cell: usize,
     /// Whether the pair of cells has h = 0: neither in S nor pointwise.
     pub left_out: bool,
-    /// k(x,y).
+    /// k(x,y), over the probability to go on.
     pub kernel: f64,
-    /// h(x,y).
+    /// What stands for k² where the second moment of the step from y is meant, and of what the state after it scores. By roulette
+    /// a small weight does not go on for its square.
+    pub next: f64,
+    /// What stands for k² in what all later states score.
+    pub later: f64,
+    /// h(x,y), over the probability to go on.
     pub neighbour: f64,
     /// v(y).
     pub value: f64,
+}
+
+impl Transition {
+    /// How many times as large as their squares' the second moments of what h multiplies are, in the product form: those of the step
+    /// from y are, with which all are counted.
+    pub(crate) fn noisier(&self) -> f64 {
+        let square = self.kernel * self.kernel;
+        if square > 0.0 {
+            self.next / square
+        } else {
+            1.0
+        }
+    }
 }
 
 /// The start of walks: a point or a density.

@@ -2,9 +2,10 @@
 
 use fredholm_core::{Estimator, Form, Real};
 
-use crate::matrix::{Nodal, Seconds};
-use crate::sources::{residual_seconds, second_sources, square_source, total_sources};
-use crate::{Moments, Node, Site, VarianceModel, Wanted};
+use crate::matrix::Nodal;
+use crate::site::Moments;
+use crate::sources::{own_squares, residual_seconds, second_sources};
+use crate::{Node, Site, VarianceModel, Wanted};
 
 /// A model, an estimator and a form: what every pass over the sites needs.
 #[derive(Clone, Copy)]
@@ -45,10 +46,11 @@ impl Passes<'_> {
             delta: 0.0,
             squares: [0.0; 2],
             error: 0.0,
-            second: 0.0,
-            mixed: 0.0,
+            second: f64::NAN,
+            mixed: f64::NAN,
             parts: [0.0; 3],
-            totals: [f64::NAN; 2],
+            next: [f64::NAN; 2],
+            later: [f64::NAN; 2],
         };
         let mut step_residual = 0.0;
         let largest = &mut own.largest;
@@ -56,7 +58,7 @@ impl Passes<'_> {
             self.model.steps(point, j, Wanted::Value, &mut |step| {
                 let (k, h) = (step.kernel, step.neighbour);
                 let d = k - h;
-                *moments += Moments::of(weight * step.weight, k, h);
+                *moments += Moments::of(weight * step.weight, step);
                 step_residual += step.weight * d * step.value;
                 node.delta += step.weight * d.abs();
                 node.squares[usize::from(step.left_out)] += step.weight * d * d;
@@ -93,44 +95,64 @@ impl Passes<'_> {
             self.model
                 .steps(node.point, j, Wanted::Neighbour, &mut |step| {
                     let (k, h) = (step.kernel, step.neighbour);
-                    second += step.weight * h * h * s;
-                    mixed += step.weight * h * (k * c + (k - h) * s);
+                    let weight = step.weight * step.noisier();
+                    second += weight * h * h * s;
+                    mixed += weight * h * (k * c + (k - h) * s);
                 });
         }
         (node.second, node.mixed) = (second, mixed);
     }
 
-    /// The source of w in all nodes of a site, and what each pair of sites adds to it.
-    pub(crate) fn square(self, seconds: &Seconds<'_>, site: &mut Site) {
+    /// What all nodes of a site and the steps from them add to E η(k,f)² and w, and what each pair of sites does.
+    pub(crate) fn square(
+        self,
+        seconds: &Nodal<'_, [f64; 2]>,
+        own: &Nodal<'_, [f64; 2]>,
+        site: &mut Site,
+    ) {
         for node in &mut site.nodes {
             let share = node.weight / site.measure;
-            node.parts = [square_source(self.estimator, node), 0.0, 0.0];
-            let parts = &mut node.parts;
+            let [_, square] = own_squares(self.estimator, node);
+            let (mut parts, mut next) = ([square, 0.0, 0.0], [0.0; 2]);
             for (j, pair) in site.pairs.iter_mut().enumerate() {
                 self.model.steps(node.point, j, Wanted::Kind, &mut |step| {
                     let k = step.kernel;
                     let d = k - step.neighbour;
                     let [s, c] = seconds.at(j, step.node).unwrap_or([f64::NAN; 2]);
-                    let part = step.weight * d * (d * s + 2.0 * k * c);
+                    let mut part = step.weight * d * (d * s + 2.0 * k * c);
+                    if self.form == Form::Product {
+                        part *= step.noisier();
+                    }
                     parts[1 + usize::from(step.left_out)] += part;
                     *pair += share * part;
+                    let of_y = own.at(j, step.node).unwrap_or([f64::NAN; 2]);
+                    for (next, of_y) in next.iter_mut().zip(of_y) {
+                        *next += step.weight * k * k * of_y;
+                    }
                 });
             }
+            next[1] += parts[1] + parts[2];
+            (node.parts, node.next) = (parts, next);
         }
     }
 
-    /// The sources of E η(k,f)² and of w, and T_k²p of both, in a node.
-    pub(crate) fn totals(self, node: &Node, totals: &Nodal<'_, [f64; 2]>) -> [f64; 2] {
-        let [mut plain, mut squared] = total_sources(self.estimator, node);
-        for j in 0..self.model.sites() {
+    /// What all states after the next add to E η(k,f)² and w in a node.
+    pub(crate) fn later(
+        self,
+        node: &Node,
+        nexts: &Nodal<'_, [f64; 2]>,
+        laters: &[[f64; 2]],
+    ) -> [f64; 2] {
+        let mut sums = [0.0; 2];
+        for (j, later) in laters.iter().enumerate() {
             self.model
                 .steps(node.point, j, Wanted::Kernel, &mut |step| {
-                    let k = step.kernel;
-                    let of_y = totals.at(j, step.node).unwrap_or([f64::NAN; 2]);
-                    plain += step.weight * k * k * of_y[0];
-                    squared += step.weight * k * k * of_y[1];
+                    let next = nexts.at(j, step.node).unwrap_or([f64::NAN; 2]);
+                    for ((sum, next), later) in sums.iter_mut().zip(next).zip(later) {
+                        *sum += step.weight * (step.next * next + step.later * later);
+                    }
                 });
         }
-        [plain, squared]
+        sums
     }
 }

@@ -1,6 +1,6 @@
 //! Where functions are represented, and how integrals are taken.
 
-use fredholm_core::StateSpace;
+use fredholm_core::Space;
 
 /// A place to which a step may lead, with the probability that it stands for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,7 +23,7 @@ pub struct Step<P> {
     label = "`Quadrature` is missing",
     note = "implement `Quadrature`: sites, their nodes with weights, and where steps into a site lead"
 )]
-pub trait Quadrature: StateSpace<Scalar = f64> {
+pub trait Quadrature: Space<Scalar = f64> {
     /// The number of sites.
     fn sites(&self) -> usize;
 

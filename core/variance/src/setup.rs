@@ -5,16 +5,13 @@ use core::fmt;
 use core::ops::Range;
 
 use fredholm_core::galerkin::{PairKind, Pairs, buffer, reserve};
-use fredholm_core::{Kernel, Located, Neighbour, Sampler, Source, StateSpace};
+use fredholm_core::{Absorption, Equation, Located, NeighbourOf, NoDraws};
 
+use crate::survival::Survival;
 use crate::{
     Density, Origin, Position, Quadrature, Start, Transition, Values, VarianceError, VarianceModel,
     Wanted,
 };
-
-/// A neighbour equation of any kind on the space of `L`.
-type AnyNeighbour<'a, L> =
-    dyn Neighbour<Scalar = f64, Point = <L as StateSpace>::Point> + Sync + 'a;
 
 /// What a predicted variance depends on: an equation, its neighbour equation, and the quadrature.
 pub struct VarianceSetup<'a, E, N: ?Sized, S, L: Quadrature> {
@@ -26,9 +23,8 @@ pub struct VarianceSetup<'a, E, N: ?Sized, S, L: Quadrature> {
     pub pairs: S,
     /// The sites.
     pub quadrature: &'a L,
-    /// A neighbour equation with all pairs in S that may be, for its h: only [`Analysis::choose`](crate::Analysis::choose)
-    /// asks for it.
-    pub galerkin: Option<&'a AnyNeighbour<'a, L>>,
+    /// How walks end.
+    pub absorption: Absorption,
 }
 
 impl<E, N: ?Sized, S: Copy, L: Quadrature> Copy for VarianceSetup<'_, E, N, S, L> {}
@@ -41,7 +37,8 @@ impl<E, N: ?Sized, S: Copy, L: Quadrature> Clone for VarianceSetup<'_, E, N, S, 
 
 impl<'a, E, N, S, L> VarianceSetup<'a, E, N, S, L>
 where
-    N: Neighbour<Scalar = f64, Point = L::Point> + ?Sized,
+    E: Equation<Scalar = f64, Point = L::Point, Value = f64>,
+    N: NeighbourOf<E> + ?Sized,
     L: Quadrature,
 {
     /// A model of walks with these starts: numbers their points and those of all sites.
@@ -100,7 +97,17 @@ pub struct PointModel<'a, E, N: ?Sized, S, L: Quadrature> {
     starts: &'a [Start<'a, L::Point>],
 }
 
-impl<E, N: ?Sized, S, L: Quadrature> PointModel<'_, E, N, S, L> {
+impl<E, N, S, L> PointModel<'_, E, N, S, L>
+where
+    E: Equation<Scalar = f64, Point = L::Point, Value = f64>,
+    N: NeighbourOf<E> + ?Sized,
+    L: Quadrature,
+{
+    fn survival(&self) -> Survival<'_, E> {
+        let setup = &self.setup;
+        Survival::new(setup.equation, setup.neighbour, setup.absorption)
+    }
+
     fn point(&self, number: usize) -> Option<&Located<L::Point>> {
         self.points.get(number).map(|(x, _)| x)
     }
@@ -118,8 +125,8 @@ impl<E, N: ?Sized, S: fmt::Debug, L: Quadrature> fmt::Debug for PointModel<'_, E
 
 impl<E, N, S, L> VarianceModel for PointModel<'_, E, N, S, L>
 where
-    E: Sampler<Scalar = f64, Point = L::Point> + Kernel + Source + Sync,
-    N: Neighbour<Scalar = f64, Point = L::Point> + Sync + ?Sized,
+    E: Equation<Scalar = f64, Point = L::Point, Value = f64> + Sync,
+    N: NeighbourOf<E> + Sync + ?Sized,
     S: Pairs + Sync,
     L: Quadrature + Sync,
     L::Point: Send + Sync,
@@ -152,8 +159,8 @@ where
         self.point(point).map_or(Values::MISSING, |x| {
             let [neighbour_source, noise] = neighbour.source_moments(x);
             Values {
-                absorption: equation.absorption(&x.point),
-                source: equation.source(&x.point),
+                absorption: 1.0 - self.survival().probability(&x.point, 1.0),
+                source: equation.source(&x.point, &mut NoDraws),
                 neighbour_source,
                 source_noise: 0.0,
                 noise,
@@ -171,30 +178,29 @@ where
             neighbour,
             pairs,
             quadrature,
-            galerkin,
+            ..
         } = &self.setup;
+        let survival = self.survival();
+        let probability = survival.probability(&x.point, 1.0);
         quadrature.steps(&x.point, site, |step| {
+            let kernel = equation.kernel(&x.point, &step.point);
+            let survived = survival.step(probability, &step.point, kernel);
             let mut to = Transition {
-                weight: step.weight,
+                weight: step.weight * survived.probability,
                 node: step.node,
                 cell: 0,
                 left_out: false,
-                kernel: equation.kernel(&x.point, &step.point),
+                kernel: survived.kernel,
+                next: survived.next,
+                later: survived.later,
                 neighbour: 0.0,
                 value: 0.0,
             };
-            if wanted > Wanted::Kernel {
+            if wanted > Wanted::Kernel && probability != 0.0 {
                 let y = neighbour.locate(step.point);
                 to.cell = y.cell;
-                match (wanted, galerkin) {
-                    (Wanted::Choice, Some(galerkin)) => {
-                        to.neighbour = galerkin.kernel(x, &y, to.kernel);
-                    }
-                    (Wanted::Choice, None) => to.neighbour = f64::NAN,
-                    _ if wanted >= Wanted::Neighbour => {
-                        to.neighbour = neighbour.kernel(x, &y, to.kernel);
-                    }
-                    _ => {}
+                if wanted >= Wanted::Neighbour {
+                    to.neighbour = neighbour.kernel(x, &y, &kernel) / probability;
                 }
                 if matches!(wanted, Wanted::Kind | Wanted::Value) {
                     to.left_out = pairs.kind(x.cell, y.cell) == PairKind::Dropped;
@@ -209,14 +215,6 @@ where
 
     fn kind(&self, i: usize, j: usize) -> PairKind {
         self.setup.pairs.kind(i, j)
-    }
-
-    fn pointwise(&self, i: usize, cells: usize, visit: &mut dyn FnMut(usize)) {
-        self.setup.pairs.pointwise(i, cells).for_each(visit);
-    }
-
-    fn has_galerkin(&self) -> bool {
-        self.setup.galerkin.is_some()
     }
 
     fn start(&self, start: usize) -> Option<Origin> {

@@ -3,35 +3,44 @@
 use alloc::vec::Vec;
 use core::ops::AddAssign;
 
+use crate::Transition;
+
 /// Integrals over steps from a node, or in the mean over a site, into another site, each with p(x,y) dμ(y). D = k − h.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Moments {
+pub(crate) struct Moments {
     /// ∫ p.
-    pub mass: f64,
+    pub(crate) mass: f64,
     /// ∫ k p.
-    pub k: f64,
+    pub(crate) k: f64,
     /// ∫ k² p.
-    pub kk: f64,
+    pub(crate) kk: f64,
+    /// ∫ of what stands for k² in the second moment of the next step.
+    pub(crate) next: f64,
+    /// ∫ of what stands for it in those of all later states.
+    pub(crate) later: f64,
     /// ∫ k h p.
-    pub kh: f64,
+    pub(crate) kh: f64,
     /// ∫ h² p.
-    pub hh: f64,
+    pub(crate) hh: f64,
     /// ∫ h D p.
-    pub hd: f64,
+    pub(crate) hd: f64,
 }
 
 impl Moments {
-    /// The moments of one step of this weight.
+    /// The moments of one step, where all that the quadrature has there counts so much.
     #[inline]
-    #[must_use]
-    pub fn of(weight: f64, k: f64, h: f64) -> Self {
+    pub(crate) fn of(weight: f64, step: &Transition) -> Self {
+        let (k, h) = (step.kernel, step.neighbour);
+        let noisier = weight * step.noisier();
         Self {
             mass: weight,
             k: weight * k,
             kk: weight * k * k,
-            kh: weight * k * h,
-            hh: weight * h * h,
-            hd: weight * h * (k - h),
+            next: weight * step.next,
+            later: weight * step.later,
+            kh: noisier * k * h,
+            hh: noisier * h * h,
+            hd: noisier * h * (k - h),
         }
     }
 
@@ -41,6 +50,8 @@ impl Moments {
             mass: factor * self.mass,
             k: factor * self.k,
             kk: factor * self.kk,
+            next: factor * self.next,
+            later: factor * self.later,
             kh: factor * self.kh,
             hh: factor * self.hh,
             hd: factor * self.hd,
@@ -54,6 +65,8 @@ impl AddAssign for Moments {
         self.mass += other.mass;
         self.k += other.k;
         self.kk += other.kk;
+        self.next += other.next;
+        self.later += other.later;
         self.kh += other.kh;
         self.hh += other.hh;
         self.hd += other.hd;
@@ -64,40 +77,42 @@ impl AddAssign for Moments {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Node {
     /// The number of x in the model.
-    pub point: usize,
+    pub(crate) point: usize,
     /// The number of its cell.
-    pub cell: usize,
+    pub(crate) cell: usize,
     /// The weight of the quadrature.
-    pub weight: f64,
+    pub(crate) weight: f64,
     /// q(x).
-    pub absorption: f64,
+    pub(crate) absorption: f64,
     /// F(x).
-    pub source: f64,
+    pub(crate) source: f64,
     /// G(x).
-    pub neighbour_source: f64,
+    pub(crate) neighbour_source: f64,
     /// The variance of what is drawn for F(x).
-    pub source_noise: f64,
+    pub(crate) source_noise: f64,
     /// The variance of what is drawn for F(x) − G(x).
-    pub noise: f64,
+    pub(crate) noise: f64,
     /// v(x).
-    pub value: f64,
+    pub(crate) value: f64,
     /// r(x) = F − G + T_Dp v.
-    pub residual: f64,
+    pub(crate) residual: f64,
     /// ∫ |D| p, whose supremum is δ(k,h), (20).
-    pub delta: f64,
+    pub(crate) delta: f64,
     /// ∫ D² p over all y, whose supremum is ε(k,h)², (21), in and outside S.
-    pub squares: [f64; 2],
+    pub(crate) squares: [f64; 2],
     /// e(x).
-    pub error: f64,
+    pub(crate) error: f64,
     /// s(x).
-    pub second: f64,
+    pub(crate) second: f64,
     /// c(x).
-    pub mixed: f64,
+    pub(crate) mixed: f64,
     /// The parts of what a walk in x adds to w: by the difference of the sources, by T_D²p s + 2
     /// T_kDp c in S, and by the same outside.
-    pub parts: [f64; 3],
-    /// E η(k,f)² and w(x); NaN where infinite.
-    pub totals: [f64; 2],
+    pub(crate) parts: [f64; 3],
+    /// The parts of E η(k,f)² and w(x) that the step from x makes, with what the next state scores; NaN where infinite.
+    pub(crate) next: [f64; 2],
+    /// The parts that all later states make.
+    pub(crate) later: [f64; 2],
 }
 
 impl Node {
@@ -105,12 +120,6 @@ impl Node {
     #[inline]
     pub(crate) fn difference(&self) -> f64 {
         self.source - self.neighbour_source
-    }
-
-    /// The source of w.
-    #[inline]
-    pub(crate) fn squared(&self) -> f64 {
-        self.parts.iter().sum()
     }
 }
 
@@ -120,13 +129,13 @@ pub struct Site {
     /// The nodes of the site.
     pub nodes: Vec<Node>,
     /// In the mean over the site, for every site that a step may lead to.
-    pub row: Vec<Moments>,
+    pub(crate) row: Vec<Moments>,
     /// In the mean over the site: what steps into every site add to w.
-    pub pairs: Vec<f64>,
+    pub(crate) pairs: Vec<f64>,
     /// The largest |k|, |h| and |k − h| at the nodes.
-    pub largest: [f64; 3],
+    pub(crate) largest: [f64; 3],
     /// μ of the site.
-    pub measure: f64,
+    pub(crate) measure: f64,
 }
 
 impl Site {

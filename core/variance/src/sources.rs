@@ -11,7 +11,7 @@ pub(crate) fn scored(product: f64, q: f64) -> f64 {
 }
 
 /// The source of E η(k,f)².
-pub(crate) fn plain_source(estimator: Estimator, x: &Node) -> f64 {
+fn plain_source(estimator: Estimator, x: &Node) -> f64 {
     // Of an F that is drawn it is the mean square of what is drawn.
     let (f, noise) = (x.source, x.source_noise);
     match estimator {
@@ -20,9 +20,15 @@ pub(crate) fn plain_source(estimator: Estimator, x: &Node) -> f64 {
     }
 }
 
-/// The sources of E η(k,f)² and of w.
-pub(crate) fn total_sources(estimator: Estimator, x: &Node) -> [f64; 2] {
-    [plain_source(estimator, x), x.squared()]
+/// The parts of E η(k,f)² and of w that x itself scores.
+pub(crate) fn own_squares(estimator: Estimator, x: &Node) -> [f64; 2] {
+    [plain_source(estimator, x), square_source(estimator, x)]
+}
+
+/// E η(k,f)² and w.
+pub(crate) fn totals(estimator: Estimator, x: &Node) -> [f64; 2] {
+    let own = own_squares(estimator, x);
+    [0, 1].each(|i| own[i] + x.next[i] + x.later[i])
 }
 
 /// The sources of s and c.
@@ -48,7 +54,7 @@ pub(crate) fn residual_seconds(x: &Node) -> [f64; 2] {
 }
 
 /// The source of w that is the sources' difference.
-pub(crate) fn square_source(estimator: Estimator, x: &Node) -> f64 {
+fn square_source(estimator: Estimator, x: &Node) -> f64 {
     let difference = x.difference();
     match estimator {
         Estimator::Absorption => scored(difference * difference + x.noise, x.absorption),

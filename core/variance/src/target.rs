@@ -1,14 +1,15 @@
 //! The variance of one functional.
 
 use alloc::vec::Vec;
+use fredholm_core::Estimator;
 use fredholm_core::array::Each;
 
-use fredholm_core::Estimator;
 use fredholm_core::galerkin::{buffer, reserve};
 
-use crate::matrix::Matrix;
-use crate::sources::scored;
-use crate::{Analysis, Moments, Node, Origin, Site, VarianceError};
+use crate::matrix::{Matrix, along};
+use crate::site::Moments;
+use crate::sources::totals;
+use crate::{Analysis, Node, Origin, Site, VarianceError};
 
 /// The start of walks: a point or a density.
 #[derive(Clone, Copy)]
@@ -30,8 +31,7 @@ pub struct Density {
     pub initial: f64,
     /// [`control_estimate`](fredholm_core::Functional::control_estimate) minus (v,Φ): 0 where runs know (v,Φ).
     pub fluctuation: f64,
-    /// What is known of the score of a walk that starts in x, and is scored there with φ(x) F(x): see
-    /// [`KnownPart`](fredholm_core::KnownPart). 0 where nothing is.
+    /// What a start in x knows of the score by itself: see [`Start`](fredholm_core::Start). 0 where that is nothing.
     pub known: f64,
 }
 
@@ -114,10 +114,6 @@ pub struct Prediction {
     sums: Sums,
     /// φ²p0 by sites, of starts with a density.
     pub(crate) own: Vec<f64>,
-    /// What the first steps lead to.
-    pub(crate) first: Vec<f64>,
-    /// p0 by sites, of starts with a density.
-    pub(crate) initial: Vec<f64>,
     /// The start, where it is one point, and the site in which it lies.
     pub(crate) start: Option<(usize, Site)>,
 }
@@ -127,12 +123,16 @@ pub struct Prediction {
 pub struct Attribution {
     /// The parts of the variance.
     pub parts: Parts,
-    /// (I − T_k²p)^−* φ²p0 by sites: the expected sum of φ² k² … k² over the visits of a site, without the start where
-    /// that is a point.
-    pub occupation: Vec<f64>,
     /// The contribution of every pair of sites and of every site, the largest first; in sum Var ζ +
     /// ((u,Φ) − (v,Φ))², up to what comes of (v,Φ) not being known.
     pub contributions: Vec<Contribution>,
+}
+
+/// The expected sum of the squares of weights over the visits of every site: by what states, and by what steps from them add to
+/// second moments. By roulette they differ.
+struct Visits {
+    states: Vec<f64>,
+    steps: Vec<f64>,
 }
 
 impl Prediction {
@@ -144,16 +144,18 @@ impl Prediction {
         if self.preconditioned.is_none() {
             return Ok(None);
         }
-        let matrix = Matrix::adjoint(&analysis.sites, |m: &Moments| m.kk);
-        let mut occupation = matrix.resolve(&self.first)?;
+        let mut visits = self.visits(&analysis.sites)?;
         let [mut sources, mut kernel, mut left_out] = self.sums.parts;
-        for (site, visits) in analysis.sites.iter().zip(&occupation) {
-            sources += visits * site.mean(|x| x.parts[0]);
-            kernel += visits * site.mean(|x| x.parts[1]);
-            left_out += visits * site.mean(|x| x.parts[2]);
+        let Visits { states, steps } = &visits;
+        for ((site, states), steps) in analysis.sites.iter().zip(states).zip(steps) {
+            sources += states * site.mean(|x| x.parts[0]);
+            kernel += steps * site.mean(|x| x.parts[1]);
+            left_out += steps * site.mean(|x| x.parts[2]);
         }
-        for (occupation, own) in occupation.iter_mut().zip(&self.own) {
-            *occupation += own;
+        for visits in [&mut visits.states, &mut visits.steps] {
+            for (visits, own) in visits.iter_mut().zip(&self.own) {
+                *visits += own;
+            }
         }
         // The adjoint sees means over sites, the variance itself what is in the nodes.
         let sum = sources + kernel + left_out;
@@ -171,34 +173,59 @@ impl Prediction {
                 mean: self.error * self.error,
                 start: self.sums.start,
             },
-            contributions: self.contributions(analysis, &occupation, scale)?,
-            occupation,
+            contributions: self.contributions(analysis, &visits, scale)?,
         }))
+    }
+
+    /// How often states are visited after the start.
+    fn visits(&self, sites: &[Site]) -> Result<Visits, VarianceError> {
+        // The masses after a step from the start, of which a point is no site.
+        let first = |moment: fn(&Moments) -> f64| {
+            let mut first = along(sites, &self.own, moment)?;
+            if let Some((_, start)) = &self.start {
+                for (first, moments) in first.iter_mut().zip(&start.row) {
+                    *first += moment(moments);
+                }
+            }
+            Ok::<_, VarianceError>(first)
+        };
+        // And after one from there, too.
+        let with = |mut first: Vec<f64>, masses: &[f64], moment: fn(&Moments) -> f64| {
+            for (first, mass) in first.iter_mut().zip(along(sites, masses, moment)?) {
+                *first += mass;
+            }
+            Ok::<_, VarianceError>(first)
+        };
+        let later = Matrix::adjoint(sites, |m: &Moments| m.later).resolve(&first(|m| m.later)?)?;
+        let steps = with(first(|m| m.next)?, &later, |m| m.next)?;
+        let states = with(first(|m| m.kk)?, &steps, |m| m.kk)?;
+        Ok(Visits { states, steps })
     }
 
     fn contributions(
         &self,
         analysis: &Analysis<'_>,
-        occupation: &[f64],
+        visits: &Visits,
         scale: f64,
     ) -> Result<Vec<Contribution>, VarianceError> {
         let n = analysis.sites.len();
         let mut all = reserve(n.saturating_mul(n + 1))?;
-        for (from, (site, &occupation)) in analysis.sites.iter().zip(occupation).enumerate() {
+        let visits = visits.states.iter().zip(&visits.steps);
+        for (from, (site, (states, steps))) in analysis.sites.iter().zip(visits).enumerate() {
             let start = self.start.as_ref().filter(|(own, _)| *own == from);
             let start = start.map(|(_, start)| start);
             let of_start = start.map_or(0.0, |s| s.mean(|x| x.parts[0]));
             all.push(Contribution {
                 from,
                 into: None,
-                variance: scale * (occupation * site.mean(|x| x.parts[0]) + of_start),
+                variance: scale * (states * site.mean(|x| x.parts[0]) + of_start),
             });
             for (into, pair) in site.pairs.iter().enumerate() {
                 let of_start = start.and_then(|s| s.pairs.get(into)).copied();
                 all.push(Contribution {
                     from,
                     into: Some(into),
-                    variance: scale * (occupation * pair + of_start.unwrap_or(0.0)),
+                    variance: scale * (steps * pair + of_start.unwrap_or(0.0)),
                 });
             }
         }
@@ -218,30 +245,21 @@ impl Analysis<'_> {
         let origin = origin.ok_or(VarianceError::NoStart { start })?;
         let n = self.sites.len();
         let mut sums = Sums::default();
-        let (mut first, mut own, mut initial) = (buffer(n)?, buffer(n)?, buffer(n)?);
+        let mut own = buffer(n)?;
         let (mut point, mut largest) = (None, None);
         match origin {
             Origin::Point { point: x, site } => {
                 let begin = self.start(x)?;
                 sums.add(self.estimator, &begin, &|_| Density::uniform(1.0));
-                for (first, moments) in first.iter_mut().zip(&begin.row) {
-                    *first = moments.kk;
-                }
                 point = Some((site, begin));
             }
             Origin::Density => {
                 let density = |node: &Node| self.model.density(start, node.point);
                 let mut supremum = 0.0;
-                let places = own.iter_mut().zip(&mut initial);
-                for (site, (own, initial)) in self.sites.iter().zip(places) {
+                for (site, own) in self.sites.iter().zip(&mut own) {
                     *own = sums.add(self.estimator, site, &density);
                     for node in &site.nodes {
-                        let density = density(node);
-                        *initial += node.weight * density.initial;
-                        supremum = f64::max(density.square, supremum);
-                    }
-                    for (first, moments) in first.iter_mut().zip(&site.row) {
-                        *first += *own * moments.kk;
+                        supremum = f64::max(density(node).square, supremum);
                     }
                 }
                 largest = Some(supremum);
@@ -258,8 +276,6 @@ impl Analysis<'_> {
             norms: (sums.mass, largest),
             sums,
             own,
-            first,
-            initial,
             start: point,
         })
     }
@@ -300,22 +316,14 @@ impl Sums {
             self.start += at.fluctuation * twice;
             self.value += functional * node.value;
             self.error += functional * node.error;
-            let [plain, squared] = node.totals;
+            let [plain, squared] = totals(estimator, node);
             self.squared += square * squared;
             self.plain += square * plain;
             let initial = node.weight * at.initial;
             let known = at.known;
             self.value += initial * known;
-            // E (φ η + what is known)² beyond E (φ η)²: by absorption it is known where walks end at once.
-            self.plain += match estimator {
-                Estimator::Collision => {
-                    known * (2.0 * functional * (node.value + node.error) + initial * known)
-                }
-                Estimator::Absorption => {
-                    let product = known * (2.0 * functional * node.source + initial * known);
-                    scored(product, node.absorption)
-                }
-            };
+            // E (φ η + what is known)² beyond E (φ η)².
+            self.plain += known * (2.0 * functional * (node.value + node.error) + initial * known);
             for (sum, part) in self.parts.iter_mut().zip(node.parts) {
                 *sum += square * part;
             }

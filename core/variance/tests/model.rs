@@ -1,12 +1,12 @@
-//! Models: one that is written by hand, without points, and the numbers that points get.
+//! A model that is written by hand, without points.
 
 use core::ops::Range;
 
-use fredholm_core::galerkin::{DiagonalRule, PairKind};
-use fredholm_core::{Estimator, Form, Kernel, NoNeighbour, Sampler, Source, StateSpace, Uniforms};
+use fredholm_core::galerkin::PairKind;
+use fredholm_core::{Estimator, Form};
 use fredholm_variance::{
-    Analysis, Density, MeanCoefficients, Origin, Position, Quadrature, Start, Step, Transition,
-    Values, VarianceError, VarianceModel, VarianceSetup, Wanted, pair_quantities, serially,
+    Analysis, Density, MeanCoefficients, Origin, Position, Transition, Values, VarianceError,
+    VarianceModel, Wanted, pair_quantities, serially,
 };
 
 /// A chain with two states, each a site with one node; start 0 and 1 are in the states, start 2 is even over both.
@@ -59,6 +59,8 @@ impl VarianceModel for TwoStates {
             cell: if wanted >= Wanted::Cell { site } else { 7 },
             left_out: self.kind(point % 2, site) == PairKind::Dropped,
             kernel: K[point % 2][site],
+            next: K[point % 2][site].powi(2),
+            later: K[point % 2][site].powi(2),
             neighbour: if_told(Wanted::Neighbour, H[point % 2][site]),
             value: if_told(Wanted::Value, V[site]),
         });
@@ -69,14 +71,6 @@ impl VarianceModel for TwoStates {
             (1, 1) => PairKind::Pointwise,
             _ => PairKind::Galerkin,
         }
-    }
-    fn pointwise(&self, i: usize, _: usize, visit: &mut dyn FnMut(usize)) {
-        if i == 1 {
-            visit(1);
-        }
-    }
-    fn has_galerkin(&self) -> bool {
-        false
     }
     fn start(&self, start: usize) -> Option<Origin> {
         match start {
@@ -145,100 +139,4 @@ fn a_model_without_points_has_the_variances_of_its_chain() {
     let of = |pair: usize| (pairs[pair].cells, pairs[pair].in_s, pairs[pair].mean_kernel);
     assert_eq!(of(1), ([0, 1], false, K[0][1]));
     assert_eq!(of(2), ([1, 0], true, K[1][0]));
-}
-
-/// u = ½ ∫ u dy + x on [0, 1], with three sites of two nodes.
-struct Line;
-
-impl StateSpace for Line {
-    type Scalar = f64;
-    type Point = f64;
-}
-
-impl Sampler for Line {
-    fn absorption(&self, _: &f64) -> f64 {
-        0.5
-    }
-    fn step<U: Uniforms<f64>>(&self, _: &f64, uniforms: &mut U) -> Option<f64> {
-        Some(uniforms.uniform())
-    }
-}
-
-impl Kernel for Line {
-    fn kernel(&self, _: &f64, _: &f64) -> f64 {
-        1.0
-    }
-}
-
-impl Source for Line {
-    fn source(&self, x: &f64) -> f64 {
-        *x
-    }
-}
-
-impl Quadrature for Line {
-    fn sites(&self) -> usize {
-        3
-    }
-    fn locate(&self, x: &f64) -> usize {
-        (3.0 * x) as usize
-    }
-    fn nodes(&self, site: usize, mut visit: impl FnMut(f64, f64)) {
-        for place in [0.25, 0.75] {
-            visit((site as f64 + place) / 3.0, 1.0 / 6.0);
-        }
-    }
-    fn steps(&self, _: &f64, site: usize, mut visit: impl FnMut(Step<f64>)) {
-        let mut node = 0;
-        self.nodes(site, |point, weight| {
-            visit(Step {
-                point,
-                weight: 0.5 * weight,
-                node: Some(node),
-            });
-            node += 1;
-        });
-    }
-}
-
-#[test]
-fn points_are_numbered_site_by_site_and_then_by_starts() {
-    let neighbour = NoNeighbour::<Line>::new();
-    let density = |x: &f64| Density {
-        functional: *x,
-        ..Density::uniform(1.0)
-    };
-    let starts = [
-        Start::At(0.1),
-        Start::Density(&density),
-        Start::At(0.9),
-        Start::Density(&density),
-    ];
-    let setup = VarianceSetup {
-        equation: &Line,
-        neighbour: &neighbour,
-        pairs: DiagonalRule {
-            diagonal: PairKind::Dropped,
-        },
-        quadrature: &Line,
-        galerkin: None,
-    };
-    let model = setup.with_starts(&starts).unwrap();
-    let nodes = [0, 1, 2, 3].map(|site| model.nodes(site));
-    assert_eq!(nodes, [0..2, 2..4, 4..6, 0..0]);
-    let start = |number| model.start(number);
-    assert_eq!(start(0), Some(Origin::Point { point: 6, site: 0 }));
-    assert_eq!(start(2), Some(Origin::Point { point: 7, site: 2 }));
-    assert_eq!((start(3), start(4)), (Some(Origin::Density), None));
-    // F(x) = x tells which point it is.
-    let sources = [1, 4, 6, 7].map(|point| model.values(point).source);
-    assert_eq!(sources, [0.75 / 3.0, 2.25 / 3.0, 0.1, 0.9]);
-    assert_eq!(model.density(1, 4).functional, 2.25 / 3.0);
-    assert_eq!(model.position(6).weight, 1.0);
-    // There is no point 8.
-    assert!(model.values(8).source.is_nan() && model.position(8).weight.is_nan());
-    assert_eq!(model.density(1, 8), Density::nothing());
-    model.steps(8, 0, Wanted::Kernel, &mut |step| panic!("{step:?}"));
-    // Nor one to choose by.
-    assert!(!model.has_galerkin());
 }

@@ -1,23 +1,22 @@
 //! The light sources F.
 
-use fredholm_core::Real;
+use core::marker::PhantomData;
 
+use fredholm_core::{Real, Value};
+
+use crate::tables::narrow;
 use crate::{CircleError, Point};
 
 /// The emission F of the circle. It may depend on the reflectance, as (57) does.
-pub trait Emission<F> {
+pub trait Emission<F: Real, V: Value<F> = F> {
     /// F(x), where ρ(x) = `reflectance`.
-    fn emission(&self, x: &Point<F>, reflectance: F) -> F;
+    fn emission(&self, x: &Point<F>, reflectance: &V) -> V;
 
-    /// F'_i: the mean of F over cell `i` of `cells`, on which ρ = `reflectance`; (40), or an
-    /// approximation, which costs variance and not correctness.
-    fn cell_mean(&self, i: usize, cells: usize, reflectance: f64) -> f64;
-
-    /// Whether F is piecewise constant on cells when the circle has `cells` of them, and finite.
+    /// Whether it is one of a circle of `cells` cells and so many channels, and finite.
     ///
     /// # Errors
     /// What is wrong otherwise.
-    fn validate(&self, cells: usize) -> Result<(), CircleError>;
+    fn validate(&self, cells: usize, channels: usize) -> Result<(), CircleError>;
 }
 
 /// The emission (57), for which the solution (58) is known:
@@ -27,7 +26,7 @@ pub trait Emission<F> {
 /// ```
 ///
 /// Heinrich 1995. F and u have one unit; sin ℓs is an eigenfunction of u ↦ ∫ ¼|sin((t−s)/2)| u(t) dt
-/// with eigenvalue −1/(4ℓ² − 1).
+/// with eigenvalue −1/(4ℓ² − 1). In several channels the solution is the same, whatever ρ is in each.
 ///
 /// ```
 /// use fredholm_circle::Harmonic;
@@ -70,24 +69,20 @@ impl Harmonic {
     }
 }
 
-impl<F: Real> Emission<F> for Harmonic {
+impl<F: Real, V: Value<F>> Emission<F, V> for Harmonic {
     #[inline]
-    fn emission(&self, x: &Point<F>, reflectance: F) -> F {
-        let constant = F::from_f64(self.constant) * (F::one() - reflectance);
-        let factor = F::one() + reflectance * F::from_f64(self.eigenvalue());
-        constant + F::from_f64(self.amplitude) * factor * x.sine_of_multiple(self.frequency)
+    fn emission(&self, x: &Point<F>, reflectance: &V) -> V {
+        let [constant, amplitude] = [self.constant, self.amplitude].map(F::from_f64);
+        let eigenvalue = F::from_f64(self.eigenvalue());
+        let wave = x.sine_of_multiple(self.frequency);
+        V::from_fn(reflectance.channels(), |c| {
+            let reflectance = reflectance.get(c);
+            let factor = F::one() + reflectance * eigenvalue;
+            constant * (F::one() - reflectance) + amplitude * factor * wave
+        })
     }
 
-    fn cell_mean(&self, i: usize, cells: usize, reflectance: f64) -> f64 {
-        let n = cells as f64;
-        let l = f64::from(self.frequency);
-        let middle = core::f64::consts::TAU * ((i as f64 + 0.5) / n);
-        let wave = Real::sin(l * middle) * sinc(l * core::f64::consts::PI / n);
-        self.constant * (1.0 - reflectance)
-            + self.amplitude * (1.0 + reflectance * self.eigenvalue()) * wave
-    }
-
-    fn validate(&self, _: usize) -> Result<(), CircleError> {
+    fn validate(&self, _: usize, _: usize) -> Result<(), CircleError> {
         if self.constant.is_finite() && self.amplitude.is_finite() && self.frequency > 0 {
             Ok(())
         } else {
@@ -101,30 +96,32 @@ fn sinc(x: f64) -> f64 {
     if x == 0.0 { 1.0 } else { Real::sin(x) / x }
 }
 
-/// Piecewise constant emission on equal arcs of [0, 2π).
+/// Piecewise constant emission on equal arcs of [0, 2π): values in f64 of one channel or of several, in a slice, an array or a
+/// vector.
 ///
 /// ```
 /// use fredholm_circle::{Arcs, CircleError};
 ///
-/// assert!(Arcs::new(&[1.0, 0.0, 0.0], 300).is_ok());
-/// let error = Arcs::new(&[1.0, 0.0, 0.0], 100).unwrap_err();
+/// assert!(Arcs::new([1.0, 0.0, 0.0], 300).is_ok());
+/// let error = Arcs::new([1.0, 0.0, 0.0], 100).unwrap_err();
 /// assert_eq!(error, CircleError::NotAMultiple { cells: 100, arcs: 3 });
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Arcs<'a> {
-    values: &'a [f64],
+pub struct Arcs<A, W = f64> {
+    values: A,
     cells_per_arc: usize,
+    value: PhantomData<W>,
 }
 
-impl<'a> Arcs<'a> {
+impl<A: AsRef<[W]>, W: Value<f64>> Arcs<A, W> {
     /// `values` on as many equal arcs of a circle with `cells` cells.
     ///
     /// # Errors
     /// [`CircleError::Emission`] for a value that is not finite or none at all,
     /// [`CircleError::NotAMultiple`].
-    pub fn new(values: &'a [f64], cells: usize) -> Result<Self, CircleError> {
-        let arcs = values.len();
-        if arcs == 0 || !values.iter().all(|v| v.is_finite()) {
+    pub fn new(values: A, cells: usize) -> Result<Self, CircleError> {
+        let arcs = values.as_ref().len();
+        if arcs == 0 || !values.as_ref().iter().all(W::is_finite) {
             return Err(CircleError::Emission);
         }
         let cells_per_arc = cells / arcs;
@@ -134,36 +131,43 @@ impl<'a> Arcs<'a> {
         Ok(Self {
             values,
             cells_per_arc,
+            value: PhantomData,
         })
     }
 
     /// The values, one for each arc.
     #[must_use]
-    pub const fn values(&self) -> &'a [f64] {
-        self.values
+    pub fn values(&self) -> &[W] {
+        self.values.as_ref()
     }
 
-    /// The arc of a cell.
-    pub(crate) fn arc(&self, cell: usize) -> usize {
-        cell.checked_div(self.cells_per_arc).unwrap_or(0)
-    }
-
-    fn value(&self, cell: usize) -> f64 {
-        self.values.get(self.arc(cell)).copied().unwrap_or(f64::NAN)
+    /// The value on the arc of a cell.
+    #[inline]
+    pub(crate) fn value<F: Real, V: Value<F, Wide = W>>(&self, cell: usize) -> V {
+        let arc = cell.checked_div(self.cells_per_arc).unwrap_or(0);
+        let value = self.values().get(arc);
+        value.map_or_else(|| V::splat(1, F::NAN), narrow)
     }
 }
 
-impl<F: Real> Emission<F> for Arcs<'_> {
+impl<F: Real, V: Value<F>, A: AsRef<[V::Wide]>> Emission<F, V> for Arcs<A, V::Wide> {
     #[inline]
-    fn emission(&self, x: &Point<F>, _: F) -> F {
-        F::from_f64(self.value(x.cell()))
+    fn emission(&self, x: &Point<F>, _: &V) -> V {
+        self.value(x.cell())
     }
 
-    fn cell_mean(&self, i: usize, _: usize, _: f64) -> f64 {
-        self.value(i)
-    }
-
-    fn validate(&self, cells: usize) -> Result<(), CircleError> {
-        Self::new(self.values, cells).map(|_| ())
+    fn validate(&self, cells: usize, channels: usize) -> Result<(), CircleError> {
+        let arcs = self.values().len();
+        if self
+            .values()
+            .iter()
+            .any(|value| value.channels() != channels)
+        {
+            return Err(CircleError::Channels);
+        }
+        if arcs * self.cells_per_arc != cells {
+            return Err(CircleError::NotAMultiple { cells, arcs });
+        }
+        Ok(())
     }
 }

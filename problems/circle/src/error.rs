@@ -10,7 +10,7 @@ use fredholm_core::refused;
 pub enum CircleError {
     /// No reflectance was given.
     NoReflectance,
-    /// A reflectance is NaN or outside [0, 1).
+    /// A reflectance is NaN or outside [0, 1) in a channel.
     Reflectance {
         /// The number of its arc, from 0.
         arc: usize,
@@ -24,8 +24,8 @@ pub enum CircleError {
         /// The number of arcs.
         arcs: usize,
     },
-    /// The absorption probability q0 is NaN or outside (0, 1).
-    Absorption,
+    /// Values of arcs have different numbers of channels.
+    Channels,
     /// A parameter of the emission is not finite, or its frequency is 0.
     Emission,
     /// A buffer has the wrong length.
@@ -63,7 +63,10 @@ impl fmt::Display for CircleError {
                 f,
                 "the number of cells ({cells}) must be a multiple of the number of arcs ({arcs})"
             ),
-            Self::Absorption => f.write_str(refused::ABSORPTION),
+            Self::Channels => write!(
+                f,
+                "all reflectances and emissions must have the same channels"
+            ),
             Self::Emission => write!(
                 f,
                 "the emission must be finite, and its frequency at least 1"

@@ -11,42 +11,30 @@ extern crate alloc;
 #[cfg(test)]
 extern crate std;
 
-mod cells;
 mod circle;
-mod coefficients;
+mod constants;
 mod double;
 mod emission;
 mod error;
-#[cfg(feature = "lanes")]
-mod lanes;
-mod light;
+mod geometry;
+#[cfg(feature = "alloc")]
+mod lit;
 mod mean;
-mod polynomials;
 mod quadrature;
 mod residual;
 mod series;
-#[cfg(feature = "alloc")]
-mod sites;
-#[cfg(feature = "alloc")]
-mod solution;
-#[cfg(feature = "lanes")]
-mod whole_lanes;
+mod system;
+mod tables;
 
-pub use cells::{Cell, Cells, Direction, Slot, slots};
-pub use circle::{Circle, Constants, Point};
+pub use circle::{Circle, Point};
+pub use constants::{Constants, MOST_FUNCTIONS};
 pub use emission::{Arcs, Emission, Harmonic};
 pub use error::CircleError;
-#[cfg(feature = "lanes")]
-pub use lanes::{LaneNeighbour, LanePairs, LaneReal, SideBySide};
-pub use light::{ArcLight, DirectLight};
+#[cfg(feature = "alloc")]
+pub use lit::{Light, LitArcs};
 pub use mean::MeanOver;
-pub use polynomials::{CircleScores, PolynomialCircle};
-pub use residual::{ClosedForm, Moment, Residual, moments};
+pub use residual::{Moment, Residual};
+pub use system::GalerkinSystem;
 #[cfg(feature = "alloc")]
-pub use sites::CircleQuadrature;
-#[cfg(feature = "alloc")]
-pub use solution::{
-    Tables, neighbour_second_moment_radius, residual_moments, second_moment_radius,
-};
-#[cfg(feature = "lanes")]
-pub use whole_lanes::{WholeLaneReal, WholeSideBySide};
+pub use tables::OwnedTables;
+pub use tables::{BorrowedTables, Cell, Direction, Slot, Tables, slots};

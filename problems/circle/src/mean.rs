@@ -1,37 +1,36 @@
 //! The mean of u over an interval of angles, as a functional.
 
-use fredholm_core::{Functional, Real, Uniforms};
+use fredholm_core::galerkin::Cells;
+use fredholm_core::{Equation, Functional, Real, Space, Start, StartOf, Uniforms};
 
-use crate::{Circle, CircleError, Emission, Point};
+use crate::{CircleError, Point};
 
 /// (u, Φ) with Φ = 1/(to − from) on [from, to]: walks start uniformly on it, φ = 1.
-#[derive(Clone, Copy, Debug)]
-pub struct MeanOver<'a, 'b, F, E> {
-    circle: &'a Circle<'b, F, E>,
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeanOver {
     from: f64,
     to: f64,
 }
 
-impl<'a, 'b, F: Real, E: Emission<F>> MeanOver<'a, 'b, F, E> {
+impl MeanOver {
     /// The mean over the angles [from, to].
     ///
     /// # Errors
     /// [`CircleError::Interval`] unless 0 ≤ from < to ≤ 2π.
-    pub fn new(circle: &'a Circle<'b, F, E>, from: f64, to: f64) -> Result<Self, CircleError> {
+    pub fn new(from: f64, to: f64) -> Result<Self, CircleError> {
         if !(0.0 <= from && from < to && to <= core::f64::consts::TAU) {
             return Err(CircleError::Interval);
         }
-        Ok(Self { circle, from, to })
+        Ok(Self { from, to })
     }
 
-    /// (v, Φ), exact up to rounding: the mean of the piecewise constant v over the interval; of piecewise
-    /// polynomials, where v has a multiple of n entries.
+    /// (v, Φ), exact up to rounding, of a piecewise polynomial v with as many functions on each of `cells` cells.
     #[must_use]
-    pub fn of(&self, v: &[F]) -> f64 {
-        let cells = self.circle.table().len();
+    pub fn of<F: Real>(&self, cells: usize, v: &[F]) -> f64 {
         let width = core::f64::consts::TAU / cells as f64;
+        let functions = v.len().checked_div(cells).unwrap_or(0).max(1);
         let mut sum = 0.0;
-        for (i, v) in v.chunks_exact((v.len() / cells).max(1)).enumerate() {
+        for (i, v) in v.chunks_exact(functions).enumerate() {
             let begin = i as f64 * width;
             let left = begin.max(self.from);
             let right = ((i + 1) as f64 * width).min(self.to);
@@ -50,12 +49,17 @@ impl<'a, 'b, F: Real, E: Emission<F>> MeanOver<'a, 'b, F, E> {
     }
 }
 
-impl<F: Real, E: Emission<F>> Functional<Circle<'_, F, E>> for MeanOver<'_, '_, F, E> {
+impl<E> Functional<E> for MeanOver
+where
+    E: Equation<Point = Point<<E as Space>::Scalar>> + Cells + ?Sized,
+{
     #[inline]
-    fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> (Point<F>, F) {
-        let xi: F = uniforms.uniform();
-        let angle = self.from + (self.to - self.from) * xi.to_f64();
-        (self.circle.point(angle), F::one())
+    fn start<U: Uniforms<E::Scalar>>(&self, equation: &E, uniforms: &mut U) -> StartOf<E> {
+        let angle = self.from + (self.to - self.from) * uniforms.uniform().to_f64();
+        // Rounding may lead beyond the last point.
+        let end = || equation.point(equation.cells() - 1, &[1.0]);
+        let point = equation.at(&[angle]).unwrap_or_else(end);
+        Start::of(equation, point, E::Scalar::from_u32(1))
     }
 }
 

@@ -15,13 +15,21 @@ const RULE: [(f64, f64); 8] = [
     (0.989_400_934_991_649_9, 0.027_152_459_411_754_096),
 ];
 
+/// The nodes of one of equal pieces of [−1, 1], with weights that sum to its length.
+pub(crate) fn nodes(piece: usize, pieces: usize) -> impl Iterator<Item = (f64, f64)> {
+    let half = 1.0 / pieces as f64;
+    let middle = (2 * piece + 1) as f64 * half - 1.0;
+    let both = move |(node, weight): (f64, f64)| {
+        [-node, node].map(|node| (middle + half * node, half * weight))
+    };
+    RULE.into_iter().flat_map(both)
+}
+
 /// ∫ of a function from `low` to `high`: exact to rounding for polynomials of degree 31.
 pub(crate) fn integrate(low: f64, high: f64, function: impl Fn(f64) -> f64) -> f64 {
     let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
-    let pairs = RULE.iter().map(|&(node, weight)| {
-        weight * (function(middle - half * node) + function(middle + half * node))
-    });
-    half * pairs.sum::<f64>()
+    let terms = nodes(0, 1).map(|(node, weight)| weight * function(middle + half * node));
+    half * terms.sum::<f64>()
 }
 
 /// |∫| of a function of t and of |t − start|, from `start` to `end`: the distance keeps its digits.

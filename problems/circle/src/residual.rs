@@ -1,13 +1,12 @@
 //! All pairs pointwise: the neighbour source in closed form, in O(1) at any n.
 
-use fredholm_core::array::Each;
-use fredholm_core::galerkin::Basis;
-use fredholm_core::{Located, Neighbour, Real, StateSpace, Uniforms};
+use fredholm_core::galerkin::GalerkinError;
+use fredholm_core::{Located, Neighbour, Real, Space, Uniforms, Value};
 
-use crate::cells::{Cells, Direction};
-use crate::{CircleError, Point};
+use crate::geometry::{Geometry, Local};
+use crate::{Direction, Point, Tables};
 
-/// Σ v cos a and Σ v sin a over some cells, compensated (Neumaier 1974): their rounding errors may
+/// Σ v exp(ia) over some cells, compensated (Neumaier 1974): their rounding errors may
 /// not grow with the number of cells, as G is as exact as they are.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Sum<F> {
@@ -18,10 +17,12 @@ pub(crate) struct Sum<F> {
 }
 
 impl<F: Real> Sum<F> {
+    /// Adds a multiple of a direction, by the real and imaginary part of what it is multiplied by.
     #[inline]
-    pub(crate) fn add(&mut self, direction: &Direction<F>, v: F) {
-        two_sum(&mut self.cos, &mut self.cos_low, v * direction.cos);
-        two_sum(&mut self.sin, &mut self.sin_low, v * direction.sin);
+    pub(crate) fn add(&mut self, direction: &Direction<F>, [re, im]: [F; 2]) {
+        let Direction { cos, sin, .. } = *direction;
+        two_sum(&mut self.cos, &mut self.cos_low, re * cos - im * sin);
+        two_sum(&mut self.sin, &mut self.sin_low, re * sin + im * cos);
     }
 
     /// Σ_j v_j sin(a − a_j).
@@ -40,33 +41,18 @@ fn two_sum<F: Real>(sum: &mut F, low: &mut F, x: F) {
     *sum = total;
 }
 
-/// The middles of all cells.
-pub(crate) fn middles<'a, F: Real>(cells: &Cells<'a, F>) -> impl Iterator<Item = &'a Direction<F>> {
-    cells.iter().map(|cell| &cell.middle)
-}
-
-/// Per cell i: Σ_{j<i} − Σ_{j>i} of v_j cos(m_j/2), and Σ_{j>i} − Σ_{j<i} of v_j sin(m_j/2).
+/// Per cell i: Σ_{j<i} − Σ_{j>i} of v_j cos(m_j/2), and Σ_{j>i} − Σ_{j<i} of v_j sin(m_j/2), with what a cell sends for v_j.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "zerocopy", derive(zerocopy::FromBytes, zerocopy::Immutable))]
 #[repr(C)]
 pub struct Moment<F> {
-    cos: F,
-    sin: F,
+    /// The first.
+    pub cos: F,
+    /// The second.
+    pub sin: F,
 }
 
 impl<F: Real> Moment<F> {
-    /// Puts together the two numbers of [`parts`](Self::parts): for constants that were computed before.
-    #[must_use]
-    pub const fn new(cos: F, sin: F) -> Self {
-        Self { cos, sin }
-    }
-
-    /// The sum of v_j cos(m_j/2), and that of v_j sin(m_j/2).
-    #[must_use]
-    pub const fn parts(&self) -> (F, F) {
-        (self.cos, self.sin)
-    }
-
     /// The moment of the sums over the cells before and behind cell i.
     pub(crate) fn between(before: &Sum<F>, after: &Sum<F>) -> Self {
         Self {
@@ -92,158 +78,140 @@ impl<F: Real> Moment<F> {
     }
 }
 
-/// An equation for which G = v − T_K v has a closed form: on the circle, of every degree.
-pub trait ClosedForm<F: Real, const B: usize = 1>:
-    Basis<B> + StateSpace<Scalar = F, Point = Point<F>>
-{
-    /// The cells.
-    fn table(&self) -> Cells<'_, F>;
-
-    /// ρ of a cell.
-    fn reflectance(&self, cell: usize) -> F;
-
-    /// What a cell with these B unknowns sends, as real and imaginary part of a multiple of exp(i m_j/2).
-    fn amplitude(&self, v: &[F]) -> [F; 2];
-
-    /// What the sums of amplitudes are multiplied by.
-    fn scale(&self) -> F;
-
-    /// ψ_0(x) … ψ_(B−1)(x), and ∫ |sin((t − s)/2)| ψ_b(t)/4 dt over the cell of x for all b.
-    fn local(&self, x: &Located<Point<F>>) -> [[F; B]; 2];
-}
-
-/// Adds what a cell sends.
-fn add<F: Real>(sum: &mut Sum<F>, middle: &Direction<F>, [re, im]: [F; 2]) {
-    sum.add(middle, re);
-    sum.add(&middle.turned(), im);
-}
-
-/// Fills the moments of the solution `v`.
-///
-/// # Errors
-/// [`CircleError::Length`] unless `v` has n·B entries and `out` n.
-pub fn moments<F: Real, P: ClosedForm<F, B>, const B: usize>(
-    problem: &P,
-    v: &[F],
-    out: &mut [Moment<F>],
-) -> Result<(), CircleError> {
-    let cells = problem.table();
-    check_lengths::<F, B>(cells.len(), v, out)?;
-    let mut after = Sum::default();
-    for (v, cell) in v.chunks_exact(B).zip(cells.iter()) {
-        add(&mut after, &cell.middle, problem.amplitude(v));
-    }
-    let mut before = Sum::default();
-    for ((out, v), cell) in out.iter_mut().zip(v.chunks_exact(B)).zip(cells.iter()) {
-        let amplitude = problem.amplitude(v);
-        add(&mut after, &cell.middle, amplitude.each(|part| -part));
-        *out = Moment::between(&before, &after);
-        add(&mut before, &cell.middle, amplitude);
-    }
-    Ok(())
-}
-
-fn check_lengths<F, const B: usize>(
-    cells: usize,
-    v: &[F],
-    moments: &[Moment<F>],
-) -> Result<(), CircleError> {
-    for (expected, found) in [(cells * B, v.len()), (cells, moments.len())] {
-        if expected != found {
-            return Err(CircleError::Length { expected, found });
-        }
-    }
-    Ok(())
-}
-
-/// The neighbour equation with all pairs pointwise: h = k, and G = v − T_K v in closed form, O(B) at any n. Its
-/// preconditioned estimate differs from the plain one in the source only.
+/// The neighbour equation with all pairs pointwise and B polynomials on every cell: h = k, and G = v − T_K v in closed form, O(B)
+/// at any n and in every channel. Its preconditioned estimate differs from the plain one in the source only.
 ///
 /// The generic [`Piecewise`](fredholm_core::galerkin::Piecewise) with all pairs pointwise is the
 /// same equation, at the price of n integrals for every value of G.
 #[derive(Clone, Copy, Debug)]
-pub struct Residual<'a, F, P, const B: usize = 1> {
-    problem: &'a P,
-    solution: &'a [F],
-    moments: &'a [Moment<F>],
+pub struct Residual<'a, T: Tables, const B: usize = 1> {
+    tables: &'a T,
+    solution: &'a [T::Scalar],
+    moments: &'a [Moment<T::Scalar>],
 }
 
-impl<'a, F: Real, P: ClosedForm<F, B>, const B: usize> Residual<'a, F, P, B> {
-    /// The residual of the solution v with its [`moments`], on a [`Circle`](crate::Circle) or with
-    /// [`PolynomialCircle`](crate::PolynomialCircle).
+impl<'a, T: Tables, const B: usize> Residual<'a, T, B> {
+    /// The residual of the solution v with its [`moments`](crate::GalerkinSystem::moments), of all channels one after the other.
     ///
     /// # Errors
-    /// [`CircleError::Length`].
+    /// [`GalerkinError::Length`].
     pub fn new(
-        problem: &'a P,
-        solution: &'a [F],
-        moments: &'a [Moment<F>],
-    ) -> Result<Self, CircleError> {
-        check_lengths::<F, B>(problem.table().len(), solution, moments)?;
-        Ok(Self {
-            problem,
-            solution,
-            moments,
-        })
+        tables: &'a T,
+        solution: &'a [T::Scalar],
+        moments: &'a [Moment<T::Scalar>],
+    ) -> Result<Self, GalerkinError> {
+        let cells = tables.cells().len() * tables.reflectance(0).channels();
+        for (expected, found) in [(cells * B, solution.len()), (cells, moments.len())] {
+            if expected != found {
+                return Err(GalerkinError::Length { expected, found });
+            }
+        }
+        Ok(Self::unchecked(tables, solution, moments))
     }
 
-    /// v_i0 … v_i(B−1) of a cell.
+    /// The residual of vectors whose lengths are right.
     #[inline]
-    fn own(&self, cell: usize) -> [F; B] {
-        let own = self.solution.get(cell * B..).and_then(<[F]>::first_chunk);
-        own.copied().unwrap_or([F::NAN; B])
+    pub(crate) const fn unchecked(
+        tables: &'a T,
+        solution: &'a [T::Scalar],
+        moments: &'a [Moment<T::Scalar>],
+    ) -> Self {
+        Self {
+            tables,
+            solution,
+            moments,
+        }
+    }
+
+    /// Σ_b v_ib a_b of a channel in cell i.
+    #[inline]
+    fn sum(&self, cell: usize, channel: usize, a: &[T::Scalar; B]) -> T::Scalar {
+        let place = channel * self.tables.cells().len() + cell;
+        let own = self
+            .solution
+            .get(place * B..)
+            .and_then(<[_]>::first_chunk::<B>);
+        let Some(v) = own else {
+            return T::Scalar::NAN;
+        };
+        let mut products = a.iter().zip(v).map(|(&a, &v)| a * v);
+        let first = products.next().unwrap_or(T::Scalar::NAN);
+        products.fold(first, |sum, product| sum + product)
     }
 
     /// (T_K v)(x): of piecewise constants ρ_i [sin A Σ_{j≠i} v_j |sin((m_j − s)/2)| + v_i (1 − cos A cos((m_i − s)/2))].
     #[inline]
-    pub fn reflected(&self, x: &Located<Point<F>>) -> F {
-        let [_, integrals] = self.problem.local(x);
-        self.reflected_with(x, &integrals)
+    pub fn reflected(&self, x: &Located<Point<T::Scalar>>) -> T::Value {
+        let Local { integrals, .. } = self.tables.local(x);
+        let reflectance = self.tables.reflectance(x.cell);
+        T::Value::from_fn(reflectance.channels(), |c| {
+            reflectance.get(c) * self.gathered(x, c, &integrals)
+        })
     }
 
+    /// ∫ ¼|sin((t − s)/2)| v(t) dt of a channel.
     #[inline]
-    fn reflected_with(&self, x: &Located<Point<F>>, integrals: &[F; B]) -> F {
-        let Some(moment) = self.moments.get(x.cell) else {
-            return F::NAN;
+    fn gathered(
+        &self,
+        x: &Located<Point<T::Scalar>>,
+        channel: usize,
+        integrals: &[T::Scalar; B],
+    ) -> T::Scalar {
+        let Some(moment) = self
+            .moments
+            .get(channel * self.tables.cells().len() + x.cell)
+        else {
+            return T::Scalar::NAN;
         };
-        let others = self.problem.scale() * moment.turn_from(&x.point);
-        let own = dot(&self.own(x.cell), integrals);
-        self.problem.reflectance(x.cell) * (others + own)
+        let others = self.tables.constants().root * moment.turn_from(&x.point);
+        others + self.sum(x.cell, channel, integrals)
     }
 }
 
-/// Σ_b a_b b_b.
-#[inline]
-fn dot<F: Real, const B: usize>(a: &[F; B], b: &[F; B]) -> F {
-    let mut products = a.iter().zip(b).map(|(&a, &b)| a * b);
-    let first = products.next().unwrap_or(F::NAN);
-    products.fold(first, |sum, product| sum + product)
+impl<T: Tables, const B: usize> Space for Residual<'_, T, B> {
+    type Scalar = T::Scalar;
+    type Point = Point<T::Scalar>;
 }
 
-impl<F: Real, P, const B: usize> StateSpace for Residual<'_, F, P, B> {
-    type Scalar = F;
-    type Point = Point<F>;
-}
+impl<T: Tables, const B: usize> Neighbour for Residual<'_, T, B> {
+    type Value = T::Value;
 
-impl<F: Real, P: ClosedForm<F, B>, const B: usize> Neighbour for Residual<'_, F, P, B> {
     #[inline]
-    fn locate(&self, x: Point<F>) -> Located<Point<F>> {
+    fn locate(&self, x: Point<T::Scalar>) -> Located<Point<T::Scalar>> {
         Located {
             point: x,
             cell: x.cell(),
         }
     }
+
     #[inline]
-    fn kernel(&self, _: &Located<Point<F>>, _: &Located<Point<F>>, k: F) -> F {
-        k
+    fn kernel(
+        &self,
+        _: &Located<Point<T::Scalar>>,
+        _: &Located<Point<T::Scalar>>,
+        k: &T::Value,
+    ) -> T::Value {
+        *k
     }
+
     #[inline]
-    fn source(&self, x: &Located<Point<F>>, _: &mut dyn Uniforms<F>) -> F {
-        let [psi, integrals] = self.problem.local(x);
-        dot(&self.own(x.cell), &psi) - self.reflected_with(x, &integrals)
+    fn source(&self, x: &Located<Point<T::Scalar>>, _: &mut dyn Uniforms<T::Scalar>) -> T::Value {
+        let Local { psi, integrals } = self.tables.local(x);
+        let reflectance = self.tables.reflectance(x.cell);
+        T::Value::from_fn(reflectance.channels(), |c| {
+            self.sum(x.cell, c, &psi) - reflectance.get(c) * self.gathered(x, c, &integrals)
+        })
     }
+
     #[inline]
-    fn value(&self, x: &Located<Point<F>>) -> F {
-        dot(&self.own(x.cell), &self.problem.basis(x))
+    fn value(&self, x: &Located<Point<T::Scalar>>) -> T::Value {
+        let Local { psi, .. } = self.tables.local(x);
+        let channels = self.tables.reflectance(x.cell).channels();
+        T::Value::from_fn(channels, |c| self.sum(x.cell, c, &psi))
+    }
+
+    #[inline]
+    fn is_pointwise(&self) -> bool {
+        true
     }
 }

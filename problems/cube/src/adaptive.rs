@@ -5,7 +5,7 @@ use alloc::vec::Vec;
 use fredholm_core::Real;
 use fredholm_core::galerkin::legendre;
 
-use crate::scores::{Axis, PER_AXIS};
+use crate::functions::{Axis, PER_AXIS};
 
 /// The part of a cell's integral of |f| up to which the rule of an interval and those of its two parts agree: sums are rounded to a
 /// thousandth of it, and values of a kernel to less.
@@ -119,18 +119,6 @@ mod tests {
     use super::{Real, integrals};
     use fredholm_variance::gauss;
 
-    /// ∫ f dt/2 from −1 to 1 where f is 2 up to t, and 0 beyond it: t + 1. One end is so near that no point is beyond.
-    #[test]
-    fn jumps_are_found_wherever_they_are() {
-        let rule = gauss(5).unwrap();
-        for jump in [-1.0, -0.3, 0.0, 0.123_456, 0.999_9, 1.0] {
-            let step = |t: f64| if t < jump { 2.0 } else { 0.0 };
-            let ([mean, ..], is_rough) = integrals(&step, &[[-1.0, 1.0]], 1, &rule);
-            assert!((mean - (jump + 1.0)).abs() < 1e-11, "{jump}: {mean}");
-            assert_eq!(is_rough, jump.abs() < 1.0, "{jump}");
-        }
-    }
-
     /// A window whose rules of four points agree by chance where intervals are cut in their middles.
     #[test]
     fn rules_of_any_number_of_points_find_jumps() {
@@ -154,17 +142,22 @@ mod tests {
     }
 
     #[test]
-    fn kinks_are_rough_and_smooth_functions_are_not() {
+    fn jumps_and_kinks_are_found_and_smooth_functions_are_not_rough() {
         let rule = gauss(5).unwrap();
-        let all = [[-1.0, 1.0]];
-        let ([mean, first, ..], is_rough) = integrals(&|t| (t - 0.3).abs(), &all, 2, &rule);
+        let of = |f: &dyn Fn(f64) -> f64| integrals(f, &[[-1.0, 1.0]], 5, &rule);
+        // 2 up to a jump, which no point may be beyond, and 0 from there on.
+        for jump in [-1.0, -0.3, 0.0, 0.123_456, 0.999_9, 1.0] {
+            let ([mean, ..], is_rough) = of(&|t| if t < jump { 2.0 } else { 0.0 });
+            assert!((mean - (jump + 1.0)).abs() < 1e-11, "{jump}: {mean}");
+            assert_eq!(is_rough, jump.abs() < 1.0, "{jump}");
+        }
+        let ([mean, first, ..], is_rough) = of(&|t| (t - 0.3).abs());
         // (1.3² + 0.7²)/4 and √3 ∫ t |t − 0.3| dt/2.
         assert!((mean - 0.545).abs() < 1e-11 && is_rough, "{mean}");
         let moment = (0.3_f64.powi(3) / 3.0 - 0.3) * 0.5 * 3.0_f64.sqrt();
         assert!((first - moment).abs() < 1e-11, "{first} {moment}");
         for width in [0.1, 1.0] {
-            let bell = |t: f64| Real::exp(-(t / width) * (t / width));
-            let (_, is_rough) = integrals(&bell, &all, 5, &rule);
+            let (_, is_rough) = of(&|t| Real::exp(-(t / width) * (t / width)));
             assert!(!is_rough, "{width}");
         }
     }

@@ -1,13 +1,11 @@
-//! The equation on [0, 1]^D, its chain and its partition.
+//! The equation on [0, 1]^D, its chain and its cells.
 
 use core::fmt;
 use fredholm_core::array::{Each, from_fn};
 
-use fredholm_core::galerkin::{Basis, PairIntegral, Partition, TransitionMoments};
-use fredholm_core::whole::Starts;
-use fredholm_core::{
-    Kernel, Located, Real, Sampler, Source, StateSpace, TransitionDensity, Uniforms,
-};
+use fredholm_core::galerkin::{Basis, Cells, PairIntegral, TransitionMoments};
+use fredholm_core::global::Stationary;
+use fredholm_core::{Chain, Density, Equation, Lights, Located, Real, Space, Uniforms};
 
 use crate::functions::Functions;
 use crate::mesh::Mesh;
@@ -19,16 +17,18 @@ use crate::{CubeError, KernelFn, KernelIntegral, ScalarField};
 /// u(x) = ∫ K(x,y) u(y) dy + F(x)
 /// ```
 ///
-/// with the chain p(x,y) ≡ 1 − q0, q ≡ q0: a walk jumps to a uniform point or is absorbed. Hence
-/// k = K/(1 − q0), and f = F/q0.
+/// with the chain p(x,y) ≡ 1: a walk jumps to a uniform point, and k = K.
 ///
-/// It is its own partition into n = m^D equal cells, on which p_j(x) = (1 − q0)/n whatever x is.
+/// Its cells are n = m^D equal cubes, into which a step leads with the probability 1/n whatever x is.
 ///
 /// On every cell stand B functions ψ_0 … ψ_(B−1): the products of normalised Legendre polynomials of
-/// the cell's coordinates t_a ∈ [−1, 1] whose degrees sum to p or less, in lexicographic order of these
-/// degrees, the last axis running fastest. B = C(p + D, D), [`functions`](crate::functions); B = 1 are
+/// the cell's coordinates whose degrees sum to p or less, in lexicographic order of these
+/// degrees, the last axis running fastest. B = C(p + D, D), [`functions`](fredholm_core::galerkin::functions); B = 1 are
 /// the piecewise constants, and [`with_functions`](Self::with_functions) chooses others. The transition
-/// moments are (1 − q0)/n times the identity.
+/// moments are 1/n times the identity.
+///
+/// A [`LastStep`](fredholm_core::LastStep) goes to a uniform point as well, and scores K(x,y) F(y): where F jumps and K
+/// does not, u − F is smooth, and a piecewise polynomial follows it.
 #[derive(Clone, Copy)]
 pub struct Cube<F, const D: usize, K, S, const B: usize = 1> {
     kernel: K,
@@ -36,12 +36,7 @@ pub struct Cube<F, const D: usize, K, S, const B: usize = 1> {
     mesh: Mesh<D>,
     /// m.
     per_axis: F,
-    absorption: F,
-    /// 1/(1 − q0).
-    per_survival: F,
-    /// 1 − q0.
-    survival: F,
-    /// (1 − q0)/n.
+    /// 1/n.
     mass: F,
 }
 
@@ -51,54 +46,41 @@ impl<F: Real, const D: usize, K, S, const B: usize> fmt::Debug for Cube<F, D, K,
         f.debug_struct("Cube")
             .field("mesh", &self.mesh)
             .field("degree", &self.degree())
-            .field("absorption", &self.absorption)
             .finish_non_exhaustive()
     }
 }
 
-impl<F: Real, const D: usize, K, S> Cube<F, D, K, S>
-where
-    K: KernelFn<F, D>,
-    S: ScalarField<F, D>,
-{
-    /// The equation with this kernel and source, `per_axis` cells per axis with piecewise constants, and
-    /// absorption probability q0.
+impl<F: Real, const D: usize, K: KernelFn<F, D>, S: ScalarField<F, D>> Cube<F, D, K, S> {
+    /// The equation with this kernel and source, `per_axis` cells per axis with piecewise constants.
     ///
     /// # Errors
-    /// [`CubeError::Absorption`] for q0 outside (0, 1), [`CubeError::Cells`].
-    pub fn new(kernel: K, source: S, per_axis: usize, absorption: f64) -> Result<Self, CubeError> {
-        let q = F::from_f64(absorption);
-        if !(q > F::zero() && q < F::one()) {
-            return Err(CubeError::Absorption);
-        }
+    /// [`CubeError::Cells`].
+    pub fn new(kernel: K, source: S, per_axis: usize) -> Result<Self, CubeError> {
         let mesh = Mesh::new(per_axis)?;
         let m = F::from_u32(mesh.per_axis());
         if m.to_f64() != f64::from(mesh.per_axis()) {
             return Err(CubeError::Cells);
         }
-        let survival = F::one() - q;
         Ok(Self {
             kernel,
             source,
             mesh,
             per_axis: m,
-            absorption: q,
-            per_survival: F::one() / survival,
-            survival,
-            mass: F::from_f64(survival.to_f64() / mesh.cells() as f64),
+            mass: F::from_f64(1.0 / mesh.cells() as f64),
         })
     }
 }
 
 impl<F: Real, const D: usize, K, S, const B: usize> Cube<F, D, K, S, B> {
-    /// This equation on these cells, with `N` functions on each: [`functions`](crate::functions)(D, p) of
+    /// This equation on these cells, with `N` functions on each: [`functions`](fredholm_core::galerkin::functions)(D, p) of
     /// them for the total degree p.
     ///
     /// ```
-    /// use fredholm_cube::{Cube, functions};
+    /// use fredholm_core::galerkin::functions;
+    /// use fredholm_cube::Cube;
     ///
     /// let kernel = |x: &[f64; 2], y: &[f64; 2]| 0.5 * x[0] * y[1];
-    /// let cube = Cube::new(kernel, |x: &[f64; 2]| x[0], 8, 0.2)?;
+    /// let cube = Cube::new(kernel, |x: &[f64; 2]| x[0], 8)?;
     /// let cubic = cube.with_functions::<{ functions(2, 3) }>();
     /// assert_eq!(cubic.degree(), 3);
     /// # Ok::<(), fredholm_cube::CubeError>(())
@@ -109,7 +91,7 @@ impl<F: Real, const D: usize, K, S, const B: usize> Cube<F, D, K, S, B> {
     /// ```compile_fail
     /// # use fredholm_cube::Cube;
     /// # let kernel = |x: &[f64; 2], y: &[f64; 2]| 0.5 * x[0] * y[1];
-    /// # let cube = Cube::new(kernel, |x: &[f64; 2]| x[0], 8, 0.2).unwrap();
+    /// # let cube = Cube::new(kernel, |x: &[f64; 2]| x[0], 8).unwrap();
     /// let neither = cube.with_functions::<5>();
     /// ```
     #[must_use]
@@ -120,9 +102,6 @@ impl<F: Real, const D: usize, K, S, const B: usize> Cube<F, D, K, S, B> {
             source: self.source,
             mesh: self.mesh,
             per_axis: self.per_axis,
-            absorption: self.absorption,
-            per_survival: self.per_survival,
-            survival: self.survival,
             mass: self.mass,
         }
     }
@@ -164,45 +143,28 @@ impl<F: Real, const D: usize, K, S, const B: usize> Cube<F, D, K, S, B> {
     pub(crate) const fn mesh(&self) -> Mesh<D> {
         self.mesh
     }
-
-    /// 1 − q0.
-    #[cfg(feature = "alloc")]
-    pub(crate) fn survival(&self) -> f64 {
-        self.survival.to_f64()
-    }
-
-    /// (1 − q0)/n.
-    #[cfg(feature = "alloc")]
-    pub(crate) fn mass(&self) -> f64 {
-        self.mass.to_f64()
-    }
 }
 
-impl<F: Real, const D: usize, K, S, const B: usize> StateSpace for Cube<F, D, K, S, B> {
+impl<F: Real, const D: usize, K, S, const B: usize> Space for Cube<F, D, K, S, B> {
     type Scalar = F;
     type Point = [F; D];
 }
 
-impl<F: Real, const D: usize, K, S, const B: usize> Sampler for Cube<F, D, K, S, B> {
-    #[inline]
-    fn absorption(&self, _: &[F; D]) -> F {
-        self.absorption
-    }
-
+impl<F: Real, const D: usize, K, S, const B: usize> Chain for Cube<F, D, K, S, B> {
     #[inline]
     fn step<U: Uniforms<F>>(&self, _: &[F; D], uniforms: &mut U) -> Option<[F; D]> {
         Some(from_fn(|_| uniforms.uniform()))
     }
 }
 
-impl<F: Real, const D: usize, K, S, const B: usize> TransitionDensity for Cube<F, D, K, S, B> {
+impl<F: Real, const D: usize, K, S, const B: usize> Density for Cube<F, D, K, S, B> {
     fn density(&self, _: &[F; D], _: &[F; D]) -> F {
-        self.survival
+        F::one()
     }
 }
 
 /// Uniform starts, as every state is uniform.
-impl<F: Real, const D: usize, K, S, const B: usize> Starts for Cube<F, D, K, S, B> {
+impl<F: Real, const D: usize, K, S, const B: usize> Stationary for Cube<F, D, K, S, B> {
     #[inline]
     fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> [F; D] {
         from_fn(|_| uniforms.uniform())
@@ -213,32 +175,55 @@ impl<F: Real, const D: usize, K, S, const B: usize> Starts for Cube<F, D, K, S, 
         1.0
     }
 
-    fn survival(&self) -> Option<f64> {
-        Some(self.survival.to_f64())
+    fn is_preserved(&self) -> bool {
+        true
     }
 }
 
-impl<F: Real, const D: usize, K, S, const B: usize> Kernel for Cube<F, D, K, S, B>
+impl<F: Real, const D: usize, K, S, const B: usize> Equation for Cube<F, D, K, S, B>
 where
     K: KernelFn<F, D>,
-{
-    #[inline]
-    fn kernel(&self, x: &[F; D], y: &[F; D]) -> F {
-        self.kernel.kernel(x, y) * self.per_survival
-    }
-}
-
-impl<F: Real, const D: usize, K, S, const B: usize> Source for Cube<F, D, K, S, B>
-where
     S: ScalarField<F, D>,
 {
+    type Value = F;
+
     #[inline]
-    fn source(&self, x: &[F; D]) -> F {
+    fn kernel(&self, x: &[F; D], y: &[F; D]) -> F {
+        self.kernel.kernel(x, y)
+    }
+
+    #[inline]
+    fn source<U: Uniforms<F>>(&self, x: &[F; D], _: &mut U) -> F {
         self.source.value(x)
     }
 }
 
-impl<F: Real, const D: usize, K, S, const B: usize> Partition for Cube<F, D, K, S, B> {
+/// All of F, from uniform points.
+impl<F: Real, const D: usize, K, S, const B: usize> Lights for Cube<F, D, K, S, B>
+where
+    K: KernelFn<F, D>,
+    S: ScalarField<F, D>,
+{
+    #[inline]
+    fn light<U: Uniforms<F>>(&self, x: &[F; D], uniforms: &mut U) -> F {
+        let y = from_fn(|_| uniforms.uniform());
+        self.kernel.kernel(x, &y) * self.source.value(&y)
+    }
+
+    #[inline]
+    fn known(&self, x: &[F; D]) -> F {
+        self.source.value(x)
+    }
+
+    #[inline(always)]
+    fn rest(&self, _: &[F; D]) -> F {
+        F::zero()
+    }
+}
+
+impl<F: Real, const D: usize, K, S, const B: usize> Cells for Cube<F, D, K, S, B> {
+    const DIMENSION: usize = D;
+
     fn cells(&self) -> usize {
         self.mesh.cells()
     }
@@ -247,34 +232,51 @@ impl<F: Real, const D: usize, K, S, const B: usize> Partition for Cube<F, D, K, 
     fn locate(&self, x: &[F; D]) -> usize {
         self.mesh.locate(x, self.per_axis)
     }
+
+    fn measure(&self, _: usize) -> f64 {
+        1.0 / self.mesh.cells() as f64
+    }
+
+    fn point(&self, cell: usize, t: &[f64]) -> [F; D] {
+        let t = t.first_chunk().unwrap_or(&[f64::NAN; D]);
+        self.mesh.point(cell, t).each(F::from_f64)
+    }
+
+    #[inline]
+    fn parameters(&self, x: &Located<[F; D]>, t: &mut [F]) {
+        for (t, own) in t.iter_mut().zip(self.mesh.local(x)) {
+            *t = own;
+        }
+    }
+
+    fn at(&self, coordinates: &[f64]) -> Option<[F; D]> {
+        let x: &[f64; D] = coordinates.try_into().ok()?;
+        let is_inside = x.iter().all(|x| (0.0..=1.0).contains(x));
+        is_inside.then(|| x.each(F::from_f64))
+    }
 }
 
 impl<F: Real, const D: usize, K, S, const B: usize> Basis<B> for Cube<F, D, K, S, B> {
+    /// The products of the core, with degrees that the compiler knows.
     #[inline]
     fn basis(&self, x: &Located<[F; D]>) -> [F; B] {
-        Functions::in_cell(&self.mesh, x)
+        if const { Functions::<D, B>::DEGREE == 0 } {
+            return [F::one(); B];
+        }
+        Functions::at(self.mesh.local(x).each(|t| t + t - F::one()))
     }
 }
 
 impl<F: Real, const D: usize, K, S, const B: usize> TransitionMoments<B> for Cube<F, D, K, S, B> {
-    /// (1 − q0)/n times the identity.
+    /// 1/n times the identity.
     #[inline]
     fn moments(&self, _: &Located<[F; D]>, _: usize) -> [[F; B]; B] {
-        let mut moments = [[F::zero(); B]; B];
-        for (b, row) in moments.iter_mut().enumerate() {
-            if let Some(entry) = row.get_mut(b) {
-                *entry = self.mass;
-            }
-        }
-        moments
+        from_fn(|a| from_fn(|b| if a == b { self.mass } else { F::zero() }))
     }
 
     #[inline]
-    fn solve_moments(&self, _: &Located<[F; D]>, _: usize, mut right: [F; B]) -> [F; B] {
-        for right in &mut right {
-            *right /= self.mass;
-        }
-        right
+    fn solve_moments(&self, _: &Located<[F; D]>, _: usize, right: [F; B]) -> [F; B] {
+        right.each(|right| right / self.mass)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Cell numbers.
 
-use fredholm_core::array::Each;
+use fredholm_core::array::{Each, from_fn};
 use fredholm_core::{Located, Real};
 
 use crate::CubeError;
@@ -61,13 +61,19 @@ impl<const D: usize> Mesh<D> {
         places
     }
 
-    /// The place of a point in its cell, from −1 to 1 along every axis.
+    /// The point of a cell at t ∈ [0, 1]^D.
+    pub(crate) fn point(&self, cell: usize, t: &[f64; D]) -> [f64; D] {
+        let places = self.places(cell);
+        from_fn(|a| (f64::from(places[a]) + t[a]) / f64::from(self.per_axis))
+    }
+
+    /// The place of a point in its cell, from 0 to 1 along every axis.
     #[inline]
     pub(crate) fn local<F: Real>(&self, x: &Located<[F; D]>) -> [F; D] {
         let per_axis = F::from_u32(self.per_axis);
         let mut t = self.places(x.cell).each(F::from_u32);
         for (t, &x) in t.iter_mut().zip(&x.point) {
-            *t = F::from_f64(2.0) * (x * per_axis - *t) - F::one();
+            *t = x * per_axis - *t;
         }
         t
     }

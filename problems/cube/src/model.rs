@@ -25,46 +25,41 @@ pub struct Model {
     pub source: ModelSource,
     /// u.
     pub solution: ModelSolution,
-    factor: Factor,
-    lambda: f64,
 }
 
 /// The kernel of a model problem, with exact integrals over boxes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ModelKernel {
-    factor: Factor,
-    per_lambda: f64,
-}
+pub struct ModelKernel(Scaled);
 
 /// The source of a model problem.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ModelSource {
-    factor: Factor,
-    per_lambda: f64,
-}
+pub struct ModelSource(Scaled);
 
 /// The solution of a model problem.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ModelSolution {
+pub struct ModelSolution(Factor);
+
+/// A factor over λ.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Scaled {
     factor: Factor,
+    per_lambda: f64,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Factor {
-    Quadratic,
+    // K = s^a t^b, u = t^c.
+    Powers { a: u32, b: u32, c: f64 },
     Rational,
-    Quartic { c: f64 },
     Distance { r: u32 },
     Green { c: f64 },
     Cosine,
-    Steep,
-    Cubic,
 }
 
 /// K = s t², u = t²; smooth. ∫|K| ≤ 1/3 in one dimension.
 #[must_use]
 pub fn quadratic(lambda: f64) -> Model {
-    Model::new("s t^2", Factor::Quadratic, lambda)
+    powers("s t^2", [1, 2], 2.0, lambda)
 }
 
 /// K = 1/(1 + 2s + t), u = t; smooth. ∫|K| ≤ ln 2.
@@ -76,7 +71,7 @@ pub fn rational(lambda: f64) -> Model {
 /// K = s³t⁴, u = t^c with c > −1, whose smoothness is c where c is no integer. ∫|K| ≤ 1/5.
 #[must_use]
 pub fn quartic(c: f64, lambda: f64) -> Model {
-    Model::new("s^3 t^4", Factor::Quartic { c }, lambda)
+    powers("s^3 t^4", [3, 4], c, lambda)
 }
 
 /// K = |s − t|^r, u = t: for odd r a family of smoothness r, whose r-th derivative jumps along the
@@ -101,49 +96,54 @@ pub fn cosine(lambda: f64) -> Model {
 
 /// K = s t⁴, u = t; smooth. ∫|K| ≤ 1/5, so that with λ = ½ it has ‖K‖∞ = 2 and ∫|K| ≤ 2/5.
 ///
-/// In one dimension the spectral radius of T_k²p is 1/(11 λ²(1 − q0)). With λ = 1/3 and q0 = 0.2 it
-/// is 1.02: the means exist, the variances do not.
+/// In one dimension the spectral radius of T_(k²p) is 1/(11 λ²). With λ = 1/3 and a constant absorption of q0 = 0.2 it
+/// becomes 1/(11 λ²(1 − q0)) = 1.02: the means exist, the variances do not.
 #[must_use]
 pub fn steep(lambda: f64) -> Model {
-    Model::new("s t^4", Factor::Steep, lambda)
+    powers("s t^4", [1, 4], 1.0, lambda)
 }
 
 /// K = s³ t, u = t; smooth, of rank 1: T_K has the spectral radius 1/5, while ∫|K| grows to 1/2. With
 /// λ = 0.45 ‖T_K‖∞ = 10/9, and the walks have means and variances all the same.
 #[must_use]
 pub fn cubic(lambda: f64) -> Model {
-    Model::new("s^3 t", Factor::Cubic, lambda)
+    powers("s^3 t", [3, 1], 1.0, lambda)
+}
+
+fn powers(name: &'static str, [a, b]: [u32; 2], c: f64, lambda: f64) -> Model {
+    Model::new(name, Factor::Powers { a, b, c }, lambda)
 }
 
 impl Model {
     fn new(name: &'static str, factor: Factor, lambda: f64) -> Self {
-        let per_lambda = 1.0 / lambda;
+        let scaled = Scaled {
+            factor,
+            per_lambda: 1.0 / lambda,
+        };
         Self {
             name,
-            kernel: Product(ModelKernel { factor, per_lambda }),
-            source: ModelSource { factor, per_lambda },
-            solution: ModelSolution { factor },
-            factor,
-            lambda,
+            kernel: Product(ModelKernel(scaled)),
+            source: ModelSource(scaled),
+            solution: ModelSolution(factor),
         }
     }
 
     /// ∫ u dx over [0, 1]^D.
     #[must_use]
     pub fn mean<const D: usize>(&self) -> f64 {
-        power::<D>(self.factor.mean())
+        power::<D>(self.solution.0.mean())
     }
 
     /// A bound of the spectral radius of T_|K| on [0, 1]^D. Where it is below 1 the walks have means.
     #[must_use]
     pub fn radius_bound<const D: usize>(&self) -> f64 {
-        power::<D>(self.factor.bound()) / self.lambda.abs()
+        power::<D>(self.solution.0.bound()) * self.source.0.per_lambda.abs()
     }
 
     /// Whether the kernel is of finite smoothness where x_a = y_a.
     #[must_use]
     pub const fn has_kink(&self) -> bool {
-        match self.factor {
+        match self.solution.0 {
             Factor::Distance { r } => r % 2 == 1,
             Factor::Green { .. } => true,
             _ => false,
@@ -158,23 +158,19 @@ fn power<const D: usize>(x: f64) -> f64 {
 impl Factor {
     fn kernel(self, s: f64, t: f64) -> f64 {
         match self {
-            Self::Quadratic => s * t * t,
+            Self::Powers { a, b, .. } => power_of(s, a) * power_of(t, b),
             Self::Rational => 1.0 / (1.0 + 2.0 * s + t),
-            Self::Quartic { .. } => s * s * s * fourth(t),
             Self::Distance { r } => power_of((s - t).abs(), r),
             Self::Green { .. } if s < t => -s * (1.0 - t),
             Self::Green { .. } => -t * (1.0 - s),
             Self::Cosine => Real::cos(PI * (s + t)),
-            Self::Steep => s * fourth(t),
-            Self::Cubic => s * s * s * t,
         }
     }
 
     fn solution(self, t: f64) -> f64 {
         match self {
-            Self::Quadratic => t * t,
-            Self::Rational | Self::Distance { .. } | Self::Steep | Self::Cubic => t,
-            Self::Quartic { c } => t.pow(c),
+            Self::Powers { c, .. } => t.pow(c),
+            Self::Rational | Self::Distance { .. } => t,
             Self::Green { c } => t.pow(c) * (1.0 - t),
             Self::Cosine => 1.0 + Real::cos(PI * t),
         }
@@ -183,12 +179,11 @@ impl Factor {
     /// ∫₀¹ K(s,t) u(t) dt.
     fn image(self, s: f64) -> f64 {
         match self {
-            Self::Quadratic => s / 5.0,
+            Self::Powers { a, b, c } => power_of(s, a) / (f64::from(b) + c + 1.0),
             Self::Rational => {
                 let a = 1.0 + 2.0 * s;
                 1.0 - a * Real::ln((1.0 + a) / a)
             }
-            Self::Quartic { c } => s * s * s / (c + 5.0),
             Self::Distance { r } => {
                 let (p, rest) = (f64::from(r) + 1.0, 1.0 - s);
                 power_of(s, r + 2) / (p * (p + 1.0))
@@ -199,23 +194,16 @@ impl Factor {
                     - 2.0 * s / ((c + 1.0) * (c + 2.0) * (c + 3.0))
             }
             Self::Cosine => 0.5 * Real::cos(PI * s) - 2.0 * FRAC_1_PI * Real::sin(PI * s),
-            Self::Steep => s / 6.0,
-            Self::Cubic => s * s * s / 3.0,
         }
     }
 
     /// ∫ K(s,t) dt over low ≤ t ≤ high.
     fn integral(self, s: f64, low: f64, high: f64) -> f64 {
         let width = high - low;
-        // ∫t⁴ as a product with the width, so that nothing cancels in small cells.
-        let fifth = || {
-            let (a, b) = (low, high);
-            width * (fourth(a) + a * a * a * b + a * a * b * b + a * b * b * b + fourth(b)) / 5.0
-        };
         // The parts of the interval on both sides of s.
         let kink = s.max(low).min(high);
         match self {
-            Self::Quadratic => s * width * (low * low + low * high + high * high) / 3.0,
+            Self::Powers { a, b, .. } => power_of(s, a) * integral_of_power(b, low, high),
             Self::Rational => {
                 // ln(1 + x) as ln(u) x/(u − 1) with u = fl(1 + x) (Kahan), so that small cells keep
                 // their digits.
@@ -227,14 +215,8 @@ impl Factor {
                     Real::ln(u) * (x / (u - 1.0))
                 }
             }
-            Self::Quartic { .. } => s * s * s * fifth(),
             Self::Distance { r } => {
-                // ∫ of t^r from a to b as a product with the width, so that nothing cancels.
-                let part = |a: f64, b: f64| {
-                    let sum: f64 = (0..=r).map(|l| power_of(a, l) * power_of(b, r - l)).sum();
-                    (b - a) * sum / (f64::from(r) + 1.0)
-                };
-                part(s - kink, s - low) + part(kink - s, high - s)
+                integral_of_power(r, s - kink, s - low) + integral_of_power(r, kink - s, high - s)
             }
             Self::Green { .. } => {
                 let below = (kink - low) * 0.5 * (low + kink) * (1.0 - s);
@@ -246,28 +228,24 @@ impl Factor {
                 let middle = PI * (s + 0.5 * (low + high));
                 2.0 * FRAC_1_PI * Real::cos(middle) * Real::sin(0.5 * PI * width)
             }
-            Self::Steep => s * fifth(),
-            Self::Cubic => s * s * s * width * 0.5 * (low + high),
         }
     }
 
     /// ∫₀¹ u.
     fn mean(self) -> f64 {
         match self {
-            Self::Quadratic => 1.0 / 3.0,
-            Self::Rational | Self::Distance { .. } | Self::Steep | Self::Cubic => 0.5,
-            Self::Quartic { c } => 1.0 / (c + 1.0),
+            Self::Powers { c, .. } => 1.0 / (c + 1.0),
+            Self::Rational | Self::Distance { .. } => 0.5,
             Self::Green { c } => 1.0 / ((c + 1.0) * (c + 2.0)),
             Self::Cosine => 1.0,
         }
     }
 
-    /// sup_s ∫₀¹ |K(s,t)| dt; for [`cubic`] the spectral radius.
+    /// sup_s ∫₀¹ |K(s,t)| dt; for products of powers the spectral radius.
     fn bound(self) -> f64 {
         match self {
-            Self::Quadratic => 1.0 / 3.0,
+            Self::Powers { a, b, .. } => 1.0 / f64::from(a + b + 1),
             Self::Rational => LN_2,
-            Self::Quartic { .. } | Self::Steep | Self::Cubic => 0.2,
             Self::Distance { r } => 1.0 / (f64::from(r) + 1.0),
             Self::Green { .. } => 0.125,
             Self::Cosine => 2.0 * FRAC_1_PI,
@@ -275,21 +253,22 @@ impl Factor {
     }
 }
 
+/// ∫ t^r dt from a to b as a product with the width, so that nothing cancels in small cells.
+fn integral_of_power(r: u32, a: f64, b: f64) -> f64 {
+    let sum: f64 = (0..=r).map(|l| power_of(a, l) * power_of(b, r - l)).sum();
+    (b - a) * sum / (f64::from(r) + 1.0)
+}
+
 /// x^n, the same bits on every machine.
 fn power_of(x: f64, n: u32) -> f64 {
     (0..n).fold(1.0, |power, _| power * x)
 }
 
-fn fourth(x: f64) -> f64 {
-    let square = x * x;
-    square * square
-}
-
 impl<F: Real> KernelFactors<F> for ModelKernel {
     #[inline]
     fn factor(&self, axis: usize, x: F, y: F) -> F {
-        let scale = self.scale(axis);
-        F::from_f64(scale * self.factor.kernel(x.to_f64(), y.to_f64()))
+        let k = self.0.factor.kernel(x.to_f64(), y.to_f64());
+        F::from_f64(self.0.scale(axis) * k)
     }
 }
 
@@ -297,11 +276,11 @@ impl<F: Real> FactorIntegral<F> for ModelKernel {
     #[inline]
     fn factor_integral(&self, axis: usize, x: F, low: F, high: F) -> F {
         let [x, low, high] = [x, low, high].each(Real::to_f64);
-        F::from_f64(self.scale(axis) * self.factor.integral(x, low, high))
+        F::from_f64(self.0.scale(axis) * self.0.factor.integral(x, low, high))
     }
 }
 
-impl ModelKernel {
+impl Scaled {
     /// 1/λ belongs to the first factor.
     fn scale(&self, axis: usize) -> f64 {
         if axis == 0 { self.per_lambda } else { 1.0 }
@@ -310,10 +289,10 @@ impl ModelKernel {
 
 impl<F: Real, const D: usize> ScalarField<F, D> for ModelSource {
     fn value(&self, x: &[F; D]) -> F {
-        let (mut u, mut image) = (1.0, self.per_lambda);
+        let (mut u, mut image) = (1.0, self.0.per_lambda);
         for x in x {
-            u *= self.factor.solution(x.to_f64());
-            image *= self.factor.image(x.to_f64());
+            u *= self.0.factor.solution(x.to_f64());
+            image *= self.0.factor.image(x.to_f64());
         }
         F::from_f64(u - image)
     }
@@ -321,7 +300,7 @@ impl<F: Real, const D: usize> ScalarField<F, D> for ModelSource {
 
 impl<F: Real, const D: usize> ScalarField<F, D> for ModelSolution {
     fn value(&self, x: &[F; D]) -> F {
-        let u = x.iter().map(|x| self.factor.solution(x.to_f64()));
+        let u = x.iter().map(|x| self.0.solution(x.to_f64()));
         F::from_f64(u.product())
     }
 }

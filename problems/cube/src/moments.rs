@@ -3,31 +3,72 @@
 use alloc::vec::Vec;
 
 use fredholm_core::Real;
-use fredholm_core::array::from_fn;
-use fredholm_core::galerkin::{GalerkinError, legendre, reserve};
+use fredholm_core::array::{Each, from_fn};
+use fredholm_core::galerkin::{GalerkinError, buffer, functions, legendre, reserve};
 use fredholm_variance::gauss;
 
 use crate::adaptive::integrals;
+use crate::functions::{Axis, PER_AXIS, add_products};
 use crate::mesh::Mesh;
-use crate::scores::{Axis, PER_AXIS, add_products};
-use crate::{Cube, CubeError, CubeScores, KernelFactors, KernelFn, functions};
+use crate::rule::add;
+use crate::{Cube, CubeError, CubeScores, KernelFactors, KernelFn};
+
+/// What rules for a kernel K(x, ·) are made for.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum KernelShape {
+    /// Smooth on both sides of y_a = x_a along every axis.
+    #[default]
+    Smooth,
+    /// Like |x_a − y_a|^−a along every axis where y comes near to x, with a < 1; a
+    /// logarithm is like a small a. From a distance of 2⁻⁴⁰ on intervals double, so that the rules converge as fast as
+    /// for smooth kernels. Nearer to x the kernel is taken for that power.
+    ///
+    /// ```
+    /// use fredholm_cube::{Cube, KernelMoments, KernelShape};
+    ///
+    /// let kernel = |x: &[f64; 1], y: &[f64; 1]| (x[0] - y[0]).abs().powf(-0.25);
+    /// let cube = Cube::new(kernel, |_: &[f64; 1]| 1.0, 1)?;
+    /// let moments = KernelMoments::new(&cube, 0, 8, KernelShape::Singular { exponent: 0.25 })?;
+    /// let mut out = [0.0];
+    /// moments.fill(&kernel, &[0.5], &mut out)?;
+    /// let exact = 2.0 * 0.5_f64.powf(0.75) / 0.75;
+    /// assert!((out[0] - exact).abs() < 1e-12);
+    /// # Ok::<(), fredholm_cube::CubeError>(())
+    /// ```
+    Singular {
+        /// a.
+        exponent: f64,
+    },
+    /// Jumps or kinks at places that are not named, in one dimension: intervals are cut in two until
+    /// the rules of both parts agree with that of the whole to 10⁻¹² of the cell. In several dimensions it is taken for smooth.
+    ///
+    /// ```
+    /// use fredholm_cube::{Cube, KernelMoments, KernelShape};
+    ///
+    /// let kernel = |x: &[f64; 1], y: &[f64; 1]| if (x[0] - y[0]).abs() < 0.1 { 3.0 } else { 0.0 };
+    /// let cube = Cube::new(kernel, |_: &[f64; 1]| 1.0, 1)?;
+    /// let moments = KernelMoments::new(&cube, 0, 4, KernelShape::Rough)?;
+    /// let mut out = [0.0];
+    /// moments.fill(&kernel, &[0.73], &mut out)?;
+    /// assert!((out[0] - 0.6).abs() < 1e-11 && moments.is_rough(&kernel, &[0.73]));
+    /// # Ok::<(), fredholm_cube::CubeError>(())
+    /// ```
+    Rough,
+}
 
 /// The integrals ∫_Xj K(x,y) ψ_jb(y) dy over all cells for a point x, with functions of any total degree ≤ p that is
 /// known at run time, by Gauss rules of g points an axis on every cell.
 ///
 /// Along every axis a cell is cut at y_a = x_a, where kernels have their kinks: |x_a − y_a| and what is smooth on both
 /// sides of it loses no order. A rule of g points is exact for polynomials of degree 2g − 1 an axis.
-///
-/// A kernel that is singular there, like |x_a − y_a|^−a or its logarithm, is integrated in intervals that halve towards x_a:
-/// see [`with_singularity`](Self::with_singularity). In one dimension jumps and kinks anywhere are found by cutting in two:
-/// [`with_adaptive_rules`](Self::with_adaptive_rules).
+/// For singular kernels and for jumps see [`KernelShape`].
 ///
 /// ```
-/// use fredholm_cube::{Cube, KernelMoments};
+/// use fredholm_cube::{Cube, KernelMoments, KernelShape};
 ///
 /// let kernel = |x: &[f64; 1], y: &[f64; 1]| (x[0] - y[0]).abs();
-/// let cube = Cube::new(kernel, |_: &[f64; 1]| 1.0, 2, 0.2)?;
-/// let moments = KernelMoments::new(&cube, 1, 2)?;
+/// let cube = Cube::new(kernel, |_: &[f64; 1]| 1.0, 2)?;
+/// let moments = KernelMoments::new(&cube, 1, 2, KernelShape::Smooth)?;
 /// let mut out = [0.0; 4];
 /// moments.fill(&kernel, &[0.25], &mut out)?;
 /// // ∫|¼ − y| dy from 0 to ½, and from ½ to 1.
@@ -41,10 +82,7 @@ pub struct KernelMoments<const D: usize> {
     functions: usize,
     /// Nodes in [−1, 1] and weights that sum to 2.
     rule: Vec<(f64, f64)>,
-    /// The exponent a of a kernel like |x_a − y_a|^−a, if it is singular.
-    exponent: Option<f64>,
-    /// Whether cells are cut in two until the rules of both parts agree with that of the whole.
-    adaptive: bool,
+    shape: KernelShape,
 }
 
 /// The distance from a singularity up to which the kernel is a power. Rounding of y moves a distance by a ten-thousandth
@@ -62,18 +100,27 @@ struct Node {
     psi: Axis,
 }
 
+/// What the first axes of a node say.
+#[derive(Clone, Copy)]
+struct Partial<const D: usize> {
+    cell: usize,
+    y: [f64; D],
+    weight: f64,
+    psi: [Axis; D],
+}
+
 impl<const D: usize> KernelMoments<D> {
     /// The moments on the cells of a cube, of functions of this total degree or less, by g = `points` points.
     ///
     /// # Errors
-    /// [`CubeError::Points`]: there is no point, or the degree is above [`CubeScores::MOST_DEGREE`];
-    /// [`GalerkinError::Memory`] as [`CubeError::Galerkin`].
-    pub fn new<K, S, const B: usize>(
-        cube: &Cube<f64, D, K, S, B>,
+    /// [`CubeError::Points`]; [`GalerkinError::Memory`] as [`CubeError::Galerkin`].
+    pub fn new<F: Real, K, S, const B: usize>(
+        cube: &Cube<F, D, K, S, B>,
         degree: usize,
         points: usize,
+        shape: KernelShape,
     ) -> Result<Self, CubeError> {
-        if points == 0 || degree > CubeScores::<f64, D>::MOST_DEGREE {
+        if points == 0 || degree > CubeScores::<D>::MOST_DEGREE {
             return Err(CubeError::Points);
         }
         Ok(Self {
@@ -81,64 +128,21 @@ impl<const D: usize> KernelMoments<D> {
             degree,
             functions: functions(D, degree),
             rule: gauss(points)?,
-            exponent: None,
-            adaptive: false,
+            shape,
         })
     }
 
-    /// These moments of a kernel that is like |x_a − y_a|^−a along every axis where y comes near to x, with a < 1; a
-    /// logarithm is like a small a. From a distance of 2⁻⁴⁰ on intervals double, so that the rules converge as fast as
-    /// for smooth kernels. Nearer to x the kernel is taken for that power.
-    ///
-    /// ```
-    /// use fredholm_cube::{Cube, KernelMoments};
-    ///
-    /// let kernel = |x: &[f64; 1], y: &[f64; 1]| (x[0] - y[0]).abs().powf(-0.25);
-    /// let cube = Cube::new(kernel, |_: &[f64; 1]| 1.0, 1, 0.2)?;
-    /// let moments = KernelMoments::new(&cube, 0, 8)?.with_singularity(0.25);
-    /// let mut out = [0.0];
-    /// moments.fill(&kernel, &[0.5], &mut out)?;
-    /// let exact = 2.0 * 0.5_f64.powf(0.75) / 0.75;
-    /// assert!((out[0] - exact).abs() < 1e-12);
-    /// # Ok::<(), fredholm_cube::CubeError>(())
-    /// ```
+    /// n·B.
     #[must_use]
-    pub const fn with_singularity(mut self, exponent: f64) -> Self {
-        self.exponent = Some(exponent);
-        self
-    }
-
-    /// These moments of a kernel that jumps or has kinks at places that nobody has named, in one dimension: intervals are cut in two until
-    /// the rules of both parts agree with that of the whole to 10⁻¹² of the cell.
-    ///
-    /// ```
-    /// use fredholm_cube::{Cube, KernelMoments};
-    ///
-    /// let kernel = |x: &[f64; 1], y: &[f64; 1]| if (x[0] - y[0]).abs() < 0.1 { 3.0 } else { 0.0 };
-    /// let cube = Cube::new(kernel, |_: &[f64; 1]| 1.0, 1, 0.2)?;
-    /// let moments = KernelMoments::new(&cube, 0, 4)?.with_adaptive_rules();
-    /// let mut out = [0.0];
-    /// moments.fill(&kernel, &[0.73], &mut out)?;
-    /// assert!((out[0] - 0.6).abs() < 1e-11 && moments.is_rough(&kernel, &[0.73]));
-    /// # Ok::<(), fredholm_cube::CubeError>(())
-    /// ```
-    #[must_use]
-    pub const fn with_adaptive_rules(mut self) -> Self {
-        self.adaptive = D == 1;
-        self
-    }
-
-    /// Whether rules are adaptive.
-    #[must_use]
-    pub const fn is_adaptive(&self) -> bool {
-        self.adaptive
+    pub const fn unknowns(&self) -> usize {
+        self.mesh.cells().saturating_mul(self.functions)
     }
 
     /// Whether the kernel has a jump or a kink but for y = x, seen from `x`; in one dimension.
     #[must_use]
     pub fn is_rough(&self, kernel: &dyn KernelFn<f64, D>, x: &[f64; D]) -> bool {
-        D == 1
-            && (0..self.mesh.per_axis()).any(|place| self.over_cell(kernel, x, place, &|_| 1.0).1)
+        let along = |y: f64| kernel.kernel(x, &[y; D]);
+        D == 1 && (0..self.mesh.per_axis()).any(|place| self.over_cell(&along, x[0], place).1)
     }
 
     /// The cells in which a function has a jump or a kink, in one dimension, each with the coefficients of its projection.
@@ -165,45 +169,24 @@ impl<const D: usize> KernelMoments<D> {
         f: &dyn Fn(&[f64; D]) -> f64,
     ) -> f64 {
         let place = u32::try_from(cell).unwrap_or(u32::MAX);
-        let ([integral, ..], _) = self.over_cell(kernel, x, place, f);
+        let product = |y: f64| kernel.kernel(x, &[y; D]) * f(&[y; D]);
+        let ([integral, ..], _) = self.over_cell(&product, x[0], place);
         integral
     }
 
-    /// ∫ K(x,y) f(y) ψ_b(y) dy over a cell in one dimension by adaptive rules, and whether K(x, ·) f has a jump or a kink there but for y = x.
-    fn over_cell(
-        &self,
-        kernel: &dyn KernelFn<f64, D>,
-        x: &[f64; D],
-        place: u32,
-        f: &dyn Fn(&[f64; D]) -> f64,
-    ) -> (Axis, bool) {
+    /// ∫ f(y) ψ_b(y) dy over a cell in one dimension by adaptive rules, and whether f has a jump or a kink there but at x.
+    fn over_cell(&self, f: &dyn Fn(f64) -> f64, x: f64, place: u32) -> (Axis, bool) {
         let m = f64::from(self.mesh.per_axis());
-        let at = |t: f64| {
-            let y = [(f64::from(place) + 0.5 * (1.0 + t)) / m; D];
-            kernel.kernel(x, &y) * f(&y)
+        let at = |t: f64| f((f64::from(place) + 0.5 * (1.0 + t)) / m);
+        let cut = (2.0 * (x * m - f64::from(place)) - 1.0).clamp(-1.0, 1.0);
+        let parts = [[-1.0, cut], [cut, 1.0]];
+        let parts = match cut {
+            -1.0 => &parts[1..],
+            1.0 => &parts[..1],
+            _ => &parts[..],
         };
-        let cut = x
-            .first()
-            .map_or(1.0, |x| 2.0 * (x * m - f64::from(place)) - 1.0);
-        let cut = cut.clamp(-1.0, 1.0);
-        let all = [[-1.0, cut], [cut, 1.0]];
-        let parts = all.iter().filter(|[from, to]| from < to).copied();
-        let parts: Vec<[f64; 2]> = parts.collect();
-        let (mut sums, is_rough) = integrals(&at, &parts, self.degree + 1, &self.rule);
-        sums.iter_mut().for_each(|sum| *sum /= m);
-        (sums, is_rough)
-    }
-
-    /// n·B.
-    #[must_use]
-    pub const fn unknowns(&self) -> usize {
-        self.mesh.cells().saturating_mul(self.functions)
-    }
-
-    /// g.
-    #[must_use]
-    pub const fn points(&self) -> usize {
-        self.rule.len()
+        let (sums, is_rough) = integrals(&at, parts, self.degree + 1, &self.rule);
+        (sums.each(|sum| sum / m), is_rough)
     }
 
     /// The moments of any kernel at `x`, in up to (m + 1)^D g^D of its values.
@@ -216,24 +199,18 @@ impl<const D: usize> KernelMoments<D> {
         x: &[f64; D],
         out: &mut [f64],
     ) -> Result<(), CubeError> {
-        self.check(out.len())?;
-        out.fill(0.0);
-        if self.adaptive {
-            let cells = out.chunks_exact_mut(self.functions);
-            for (place, out) in (0..).zip(cells) {
-                let (sums, _) = self.over_cell(kernel, x, place, &|_| 1.0);
-                out.iter_mut().zip(sums).for_each(|(out, sum)| *out = sum);
-            }
+        let along = |y: f64| kernel.kernel(x, &[y; D]);
+        if self.fill_adaptively(&along, x, out)? {
             return Ok(());
         }
-        let axes = self.axes(x)?;
-        let walk = Tensor {
-            moments: self,
-            axes: &axes,
-            kernel,
-            x,
+        let at = |y: &[f64; D]| kernel.kernel(x, y);
+        let partial = Partial {
+            cell: 0,
+            y: [0.0; D],
+            weight: 1.0,
+            psi: [[0.0; PER_AXIS]; D],
         };
-        walk.add(0, Partial::first(), out);
+        self.add(&at, &self.axes(x)?, partial, out);
         Ok(())
     }
 
@@ -247,36 +224,79 @@ impl<const D: usize> KernelMoments<D> {
         x: &[f64; D],
         out: &mut [f64],
     ) -> Result<(), CubeError> {
-        self.check(out.len())?;
-        out.fill(0.0);
-        let axes = self.axes(x)?;
+        if self.fill_adaptively(&|y| factors.factor(0, x[0], y), x, out)? {
+            return Ok(());
+        }
         let m = self.mesh.per_axis() as usize;
-        let mut tables: Vec<Axis> = reserve(m.saturating_mul(D))?;
-        tables.resize(m.saturating_mul(D), [0.0; PER_AXIS]);
-        let rows = tables.chunks_exact_mut(m);
-        for (axis, (table, (nodes, &x))) in rows.zip(axes.iter().zip(x)).enumerate() {
+        let mut tables: Vec<Axis> = buffer(m.saturating_mul(D))?;
+        let rows = tables.chunks_exact_mut(m).zip(self.axes(x)?);
+        for (axis, (table, nodes)) in rows.enumerate() {
             for node in nodes {
-                let k = node.weight * factors.factor(axis, x, node.y);
-                if let Some(row) = table.get_mut(node.place as usize) {
-                    add_axis(row, k, &node.psi);
-                }
+                let k = node.weight * factors.factor(axis, x[axis], node.y);
+                add(&mut table[node.place as usize], k, &node.psi);
             }
         }
         for (cell, out) in out.chunks_exact_mut(self.functions).enumerate() {
             let places = self.mesh.places(cell);
-            let place = |a: usize| tables.get(a * m + places[a] as usize);
-            let axes: [Axis; D] = from_fn(|a| place(a).copied().unwrap_or([f64::NAN; PER_AXIS]));
+            let axes: [Axis; D] = from_fn(|a| tables[a * m + places[a] as usize]);
             add_products(&axes, self.degree, 1.0, &mut out.iter_mut());
         }
         Ok(())
     }
 
-    fn check(&self, found: usize) -> Result<(), CubeError> {
-        let expected = self.unknowns();
-        if expected == found {
-            Ok(())
-        } else {
-            Err(CubeError::Length { expected, found })
+    /// Fills `out` with zeros, or with the moments of a function by adaptive rules: whether these were asked for.
+    fn fill_adaptively(
+        &self,
+        f: &dyn Fn(f64) -> f64,
+        x: &[f64; D],
+        out: &mut [f64],
+    ) -> Result<bool, CubeError> {
+        CubeError::check_length(self.unknowns(), out.len())?;
+        out.fill(0.0);
+        let is_adaptive = D == 1 && self.shape == KernelShape::Rough;
+        if is_adaptive {
+            for (place, out) in (0..).zip(out.chunks_exact_mut(self.functions)) {
+                let (sums, _) = self.over_cell(f, x[0], place);
+                add(out, 1.0, &sums);
+            }
+        }
+        Ok(is_adaptive)
+    }
+
+    /// Adds integrals over all cells, one axis after the other, the last one first to be added up.
+    fn add(
+        &self,
+        kernel: &dyn Fn(&[f64; D]) -> f64,
+        axes: &[Vec<Node>],
+        partial: Partial<D>,
+        out: &mut [f64],
+    ) {
+        let Some((nodes, rest)) = axes.split_first() else {
+            return;
+        };
+        let axis = D - axes.len();
+        for of_place in nodes.chunk_by(|a, b| a.place == b.place) {
+            let mut next = partial;
+            let place = of_place.first().map_or(0, |node| node.place as usize);
+            next.cell = partial.cell * self.mesh.per_axis() as usize + place;
+            next.psi[axis] = [0.0; PER_AXIS];
+            for node in of_place {
+                next.y[axis] = node.y;
+                if rest.is_empty() {
+                    let k = node.weight * kernel(&next.y);
+                    add(&mut next.psi[axis], k, &node.psi);
+                } else {
+                    next.weight = partial.weight * node.weight;
+                    next.psi[axis] = node.psi;
+                    self.add(kernel, rest, next, out);
+                }
+            }
+            let cell = next.cell * self.functions..(next.cell + 1) * self.functions;
+            if rest.is_empty()
+                && let Some(out) = out.get_mut(cell)
+            {
+                add_products(&next.psi, self.degree, next.weight, &mut out.iter_mut());
+            }
         }
     }
 
@@ -284,29 +304,23 @@ impl<const D: usize> KernelMoments<D> {
     fn axes(&self, x: &[f64; D]) -> Result<[Vec<Node>; D], GalerkinError> {
         let mut axes = [const { Vec::new() }; D];
         for (nodes, &x) in axes.iter_mut().zip(x) {
-            *nodes = self.axis(x)?;
+            *nodes = reserve((self.mesh.per_axis() as usize + 1).saturating_mul(self.rule.len()))?;
+            for place in 0..self.mesh.per_axis() {
+                if let KernelShape::Singular { exponent } = self.shape {
+                    self.add_graded(nodes, place, x, exponent);
+                    continue;
+                }
+                // Where the axis is cut, in the coordinate of the cell.
+                let cut = 2.0 * (x * f64::from(self.mesh.per_axis()) - f64::from(place)) - 1.0;
+                if -1.0 < cut && cut < 1.0 {
+                    self.add_nodes(nodes, place, [-1.0, cut]);
+                    self.add_nodes(nodes, place, [cut, 1.0]);
+                } else {
+                    self.add_nodes(nodes, place, [-1.0, 1.0]);
+                }
+            }
         }
         Ok(axes)
-    }
-
-    fn axis(&self, x: f64) -> Result<Vec<Node>, GalerkinError> {
-        let m = self.mesh.per_axis();
-        let mut nodes = reserve((m as usize + 1).saturating_mul(self.rule.len()))?;
-        for place in 0..m {
-            if let Some(exponent) = self.exponent {
-                self.add_graded(&mut nodes, place, x, exponent);
-                continue;
-            }
-            // Where the axis is cut, in the coordinate of the cell.
-            let cut = 2.0 * (x * f64::from(m) - f64::from(place)) - 1.0;
-            if -1.0 < cut && cut < 1.0 {
-                self.add_nodes(&mut nodes, place, [-1.0, cut]);
-                self.add_nodes(&mut nodes, place, [cut, 1.0]);
-            } else {
-                self.add_nodes(&mut nodes, place, [-1.0, 1.0]);
-            }
-        }
-        Ok(nodes)
     }
 
     /// Adds the rules of a cell on both sides of a singularity at x.
@@ -353,84 +367,9 @@ impl<const D: usize> KernelMoments<D> {
         }));
     }
 }
-
-/// sums += factor · values.
-fn add_axis(sums: &mut Axis, factor: f64, values: &Axis) {
-    for (sum, value) in sums.iter_mut().zip(values) {
-        *sum += factor * value;
-    }
-}
-
-/// Integrals over all cells, one axis after the other, the last one first to be added up.
-struct Tensor<'a, const D: usize> {
-    moments: &'a KernelMoments<D>,
-    axes: &'a [Vec<Node>; D],
-    kernel: &'a dyn KernelFn<f64, D>,
-    x: &'a [f64; D],
-}
-
-/// What the first axes of a node say.
-#[derive(Clone, Copy)]
-struct Partial<const D: usize> {
-    cell: usize,
-    y: [f64; D],
-    weight: f64,
-    psi: [Axis; D],
-}
-
-impl<const D: usize> Partial<D> {
-    const fn first() -> Self {
-        Self {
-            cell: 0,
-            y: [0.0; D],
-            weight: 1.0,
-            psi: [[0.0; PER_AXIS]; D],
-        }
-    }
-}
-
-impl<const D: usize> Tensor<'_, D> {
-    fn add(&self, axis: usize, partial: Partial<D>, out: &mut [f64]) {
-        let m = self.moments.mesh.per_axis() as usize;
-        let Some(nodes) = self.axes.get(axis) else {
-            return;
-        };
-        for of_place in nodes.chunk_by(|a, b| a.place == b.place) {
-            let mut next = partial;
-            let place = of_place.first().map_or(0, |node| node.place as usize);
-            next.cell = partial.cell * m + place;
-            if axis + 1 == D {
-                next.psi[axis] = [0.0; PER_AXIS];
-                for node in of_place {
-                    next.y[axis] = node.y;
-                    let k = node.weight * self.kernel.kernel(self.x, &next.y);
-                    add_axis(&mut next.psi[axis], k, &node.psi);
-                }
-                self.score(&next, out);
-            } else {
-                for node in of_place {
-                    next.y[axis] = node.y;
-                    next.weight = partial.weight * node.weight;
-                    next.psi[axis] = node.psi;
-                    self.add(axis + 1, next, out);
-                }
-            }
-        }
-    }
-
-    fn score(&self, at: &Partial<D>, out: &mut [f64]) {
-        let functions = self.moments.functions;
-        let start = at.cell * functions;
-        if let Some(out) = out.get_mut(start..start + functions) {
-            let degree = self.moments.degree;
-            add_products(&at.psi, degree, at.weight, &mut out.iter_mut());
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use super::{KernelMoments, Real};
+    use super::{KernelMoments, KernelShape, Real};
     use crate::{Cube, CubeError, KernelFactors, KernelFn, Product};
 
     /// K = (1 + x y²)·|x − y| along every axis.
@@ -446,8 +385,8 @@ mod tests {
     fn products_and_others_agree() {
         let x = [0.3, 0.61, 0.05];
         let kernel = Product(Kink);
-        let cube = Cube::<f64, 3, _, _>::new(kernel, |_: &[f64; 3]| 1.0, 3, 0.2).unwrap();
-        let moments = KernelMoments::new(&cube, 2, 3).unwrap();
+        let cube = Cube::<f64, 3, _, _>::new(kernel, |_: &[f64; 3]| 1.0, 3).unwrap();
+        let moments = KernelMoments::new(&cube, 2, 3, KernelShape::Smooth).unwrap();
         let mut all = [alloc::vec![0.0; 270], alloc::vec![0.0; 270]];
         let [one, other] = &mut all;
         moments.fill(&kernel, &x, one).unwrap();
@@ -456,7 +395,7 @@ mod tests {
             assert!((one - other).abs() < 1e-15);
         }
         // A finer rule has nothing to add: 1 + xy² times |x − y| times ψ are of degree 5 on both sides.
-        let finer = KernelMoments::new(&cube, 2, 7).unwrap();
+        let finer = KernelMoments::new(&cube, 2, 7, KernelShape::Smooth).unwrap();
         finer.fill(&kernel, &x, other).unwrap();
         for (one, other) in one.iter().zip(&*other) {
             assert!((one - other).abs() < 1e-15);
@@ -466,51 +405,29 @@ mod tests {
     /// Against closed forms, at points inside of cells, at their edges, next to them and at the ends of the interval.
     #[test]
     fn singular_kernels_are_integrated() {
-        type Primitive = fn(f64) -> f64;
-        // ∫₀ʳ d^−a dd and ∫₀ʳ d^−a d dd.
-        let kernels: [(f64, Primitive, [Primitive; 2]); 3] = [
-            (
-                0.3,
-                |d| Real::pow(d, -0.3),
-                [|r| Real::pow(r, 0.7) / 0.7, |r| Real::pow(r, 1.7) / 1.7],
-            ),
-            (
-                0.45,
-                |d| Real::pow(d, -0.45),
-                [|r| Real::pow(r, 0.55) / 0.55, |r| Real::pow(r, 1.55) / 1.55],
-            ),
-            (
-                0.05,
-                |d| Real::ln(d),
-                [
-                    |r| if r > 0.0 { r * Real::ln(r) - r } else { 0.0 },
-                    |r| {
-                        if r > 0.0 {
-                            r * r * (0.5 * Real::ln(r) - 0.25)
-                        } else {
-                            0.0
-                        }
-                    },
-                ],
-            ),
-        ];
-        for (exponent, kernel, [zeroth, first]) in kernels {
-            let kernel = |x: &[f64; 1], y: &[f64; 1]| kernel(Real::abs(x[0] - y[0]));
-            let cube = Cube::<f64, 1, _, _>::new(kernel, |_: &[f64; 1]| 1.0, 4, 0.2).unwrap();
-            let moments = KernelMoments::new(&cube, 1, 8).unwrap();
-            let moments = moments.with_singularity(exponent);
+        // d^−a and, for no exponent, ln d; and ∫₀ʳ of that times d^l dd.
+        let power = |d: f64, a: Option<f64>| a.map_or(Real::ln(d), |a| Real::pow(d, -a));
+        let primitive = |r: f64, l: f64, a: Option<f64>| match a {
+            Some(a) => Real::pow(r, 1.0 + l - a) / (1.0 + l - a),
+            None if r > 0.0 => Real::pow(r, 1.0 + l) * (Real::ln(r) - 1.0 / (1.0 + l)) / (1.0 + l),
+            None => 0.0,
+        };
+        for (exponent, a) in [(0.3, Some(0.3)), (0.45, Some(0.45)), (0.05, None)] {
+            let kernel = |x: &[f64; 1], y: &[f64; 1]| power(Real::abs(x[0] - y[0]), a);
+            let cube = Cube::<f64, 1, _, _>::new(kernel, |_: &[f64; 1]| 1.0, 4).unwrap();
+            let singular = KernelShape::Singular { exponent };
+            let moments = KernelMoments::new(&cube, 1, 8, singular).unwrap();
             for x in [0.0, 1e-13, 0.1, 0.25, 0.25 + 1e-9, 0.5 - 1e-14, 0.61, 1.0] {
                 let mut out = [0.0; 8];
                 moments.fill(&kernel, &[x], &mut out).unwrap();
                 for (j, out) in out.chunks_exact(2).enumerate() {
                     let [low, high] = [j, j + 1].map(|j| j as f64 / 4.0);
                     // ∫ over d from both sides of x, y = x ± d.
-                    let signed = |f: Primitive, end: f64, odd: bool| {
-                        let value = f(Real::abs(end - x));
-                        if end < x && !odd { -value } else { value }
+                    let signed = |end: f64, l: f64| {
+                        let value = primitive(Real::abs(end - x), l, a);
+                        if end < x && l == 0.0 { -value } else { value }
                     };
-                    let mass = signed(zeroth, high, false) - signed(zeroth, low, false);
-                    let lever = signed(first, high, true) - signed(first, low, true);
+                    let [mass, lever] = [0.0, 1.0].map(|l| signed(high, l) - signed(low, l));
                     // ψ₁ = √3 (8 (y − middle)).
                     let middle = 0.5 * (low + high);
                     let linear = Real::sqrt(3.0) * 8.0 * (lever + (x - middle) * mass);
@@ -528,11 +445,11 @@ mod tests {
     #[test]
     fn what_does_not_fit_is_refused() {
         let kernel = |_: &[f64; 1], _: &[f64; 1]| 1.0;
-        let cube = Cube::<f64, 1, _, _>::new(kernel, |_: &[f64; 1]| 1.0, 4, 0.2).unwrap();
-        let none = KernelMoments::new(&cube, 1, 0).map(|_| ());
-        assert_eq!(none, Err(CubeError::Points));
-        assert!(KernelMoments::new(&cube, 8, 3).is_err());
-        let moments = KernelMoments::new(&cube, 1, 1).unwrap();
+        let cube = Cube::<f64, 1, _, _>::new(kernel, |_: &[f64; 1]| 1.0, 4).unwrap();
+        let of = |degree, points| KernelMoments::new(&cube, degree, points, KernelShape::Smooth);
+        assert_eq!(of(1, 0).err(), Some(CubeError::Points));
+        assert_eq!(of(8, 3).err(), Some(CubeError::Points));
+        let moments = of(1, 1).unwrap();
         let kernel: &dyn KernelFn<f64, 1> = &kernel;
         let short = moments.fill(kernel, &[0.5], &mut [0.0; 7]);
         let length = CubeError::Length {

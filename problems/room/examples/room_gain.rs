@@ -8,20 +8,14 @@
 
 use std::time::Instant;
 
-use fredholm_core::galerkin::{Dense, Partition, Piecewise, rounded};
-use fredholm_core::{
-    Batch, DefaultGenerator, Estimator, Form, Length, Neighbour, NoNeighbour, Task, WalkSeeds,
-};
+use fredholm_core::{Batch, Goal, Goals, Job, Neighbour, NoNeighbour, WalkOptions};
 use fredholm_room::{
-    Choice, CoarseSolution, Enclosure, Grading, Material, Matrix, MeanOver, Mesh, Point,
-    PolynomialRoom, RaySetup, RayTables, Room, RoomPairs, Scene, Shadows, Surface, Tables,
-    VisibilityTable, min_mass_ratio,
+    Choice, CoarseSolution, Enclosure, Grading, Material, Matrix, MeanOver, Mesh, Point, RaySetup,
+    Room, RoomPairs, Scene, Shadows, Surface, Tables, VisibilityTable, min_mass_ratio,
 };
 
 type Failed = Box<dyn core::error::Error>;
 
-/// The absorption probability.
-const ABSORPTION: f64 = 0.3;
 /// Walks of which √Var is taken.
 const WALKS: u64 = 40_000;
 /// The most unknowns with pairs, whose tables grow like their square.
@@ -163,106 +157,56 @@ fn seconds(start: Instant) -> f64 {
 }
 
 /// A neighbour equation of any kind.
-type Boxed<'a> = dyn Neighbour<Scalar = f64, Point = Point<f64>> + 'a;
+type AnyNeighbour<'a> = dyn Neighbour<Scalar = f64, Point = Point<f64>, Value = f64> + Sync + 'a;
 
-/// What walks of the mean over all walls tell.
-struct Measured {
-    plain: f64,
-    preconditioned: f64,
-    /// Seconds of a walk, and of a state.
-    walk: f64,
-    state: f64,
-}
-
-fn measure(
-    room: &Room<'_, f64>,
-    neighbour: &Boxed<'_>,
-    mean: &MeanOver<'_, '_, f64>,
-    control_mean: Option<f64>,
-) -> Result<Measured, Failed> {
-    let task = Task {
-        equation: room,
-        neighbour,
-        functional: mean,
-        control_mean,
-        estimator: Estimator::Absorption,
-        form: Form::Product,
-        seeds: WalkSeeds::<DefaultGenerator>::new(1, 0),
-        length: Length::default(),
-    };
-    let start = Instant::now();
-    let timed = |walks: u64| {
-        let before = seconds(start);
-        let mut batch = Batch::new(0, walks, walks);
-        batch.run(&task, u64::MAX)?;
-        Ok::<_, Failed>((*batch.statistics(), seconds(start) - before))
-    };
-    let (statistics, first) = timed(WALKS)?;
-    let (mut walk, mut state) = (f64::INFINITY, f64::INFINITY);
-    let walks = (SECONDS / first.max(1e-4) * WALKS as f64).max(100.0) as u64;
-    for _ in 0..RUNS {
-        let (statistics, own) = timed(walks)?;
-        walk = walk.min(own / walks as f64);
-        state = state.min(own / statistics.states() as f64);
-    }
-    let [plain, preconditioned] = [statistics.plain(), statistics.preconditioned()]
-        .map(|estimate| estimate.std_dev.unwrap_or(f64::NAN));
-    Ok(Measured {
-        plain,
-        preconditioned,
-        walk,
-        state,
-    })
-}
-
-/// What is measured of the room of one line of arguments.
-struct Case<'c, 'r, 'a, const B: usize> {
+/// The room of one line of arguments.
+struct Case<'c, 'a> {
     name: &'c str,
-    exponent: f64,
-    polynomials: &'c PolynomialRoom<'r, 'a, f64, B>,
-    mean: MeanOver<'r, 'a, f64>,
-    shadows: Shadows,
+    /// The degree, the unknowns and the grading.
+    head: String,
+    room: &'c Room<'a, f64>,
     start: Instant,
 }
 
-impl<const B: usize> Case<'_, '_, '_, B> {
+impl Case<'_, '_> {
+    /// Walks of the mean over all walls: a line of the table.
     fn measure(
         &self,
         pairs: &str,
-        neighbour: &Boxed<'_>,
+        neighbour: &AnyNeighbour<'_>,
         v: Option<&[f64]>,
         set_up: f64,
     ) -> Result<(), Failed> {
-        let known = v.map_or(0.0, |v| self.mean.of(v));
-        let own = measure(self.polynomials.room(), neighbour, &self.mean, Some(known))?;
-        let unknowns = self.polynomials.cells() * B;
-        let Self { name, exponent, .. } = self;
-        print!("{name:9} {} {unknowns:7} {exponent:4} {pairs:10} ", B - 1);
-        print!(
-            "{:6.1} ns/state {:7.3} µs/walk ",
-            1e9 * own.state,
-            1e6 * own.walk
-        );
-        print!(
-            "√Var {:.3e}, {:8.1} below plain, ",
-            own.preconditioned,
-            own.plain / own.preconditioned
-        );
+        let mean = MeanOver::everything(self.room);
+        let value = v.map_or(0.0, |v| mean.of(v));
+        let goals = [Goal::new(mean, Some(value))];
+        let job = Goals::new(self.room, neighbour, &goals, WalkOptions::default());
+        let timed = |walks: u64| {
+            let before = seconds(self.start);
+            let mut batch = Batch::new(0, walks, walks);
+            job.run(0, core::slice::from_mut(&mut batch), u64::MAX)?;
+            Ok::<_, Failed>((*batch.statistics(), seconds(self.start) - before))
+        };
+        let (statistics, first) = timed(WALKS)?;
+        let (mut walk, mut state) = (f64::INFINITY, f64::INFINITY);
+        let walks = (SECONDS / first.max(1e-4) * WALKS as f64).max(100.0) as u64;
+        for _ in 0..RUNS {
+            let (statistics, own) = timed(walks)?;
+            walk = walk.min(own / walks as f64);
+            state = state.min(own / statistics.states() as f64);
+        }
+        let [plain, best] = [statistics.plain(), statistics.preconditioned()]
+            .map(|estimate| estimate.std_dev.unwrap_or(f64::NAN));
+        let (state, own) = (1e9 * state, 1e6 * walk);
         println!(
-            "{:.3e} in a second; set-up {set_up:.2} s",
-            own.preconditioned * own.walk.sqrt()
+            "{:9} {} {pairs:10} {state:6.1} ns/state {own:7.3} µs/walk √Var {best:.3e}, {:8.1} below plain, \
+             {:.3e} in a second; set-up {set_up:.2} s",
+            self.name,
+            self.head,
+            plain / best,
+            best * walk.sqrt()
         );
         Ok(())
-    }
-
-    fn rays(&self, name: &str, v: &[f64], set_up: f64) -> Result<(), Failed> {
-        let begin = seconds(self.start);
-        let setup = RaySetup::new(self.polynomials, v)?.with_shadows(&self.shadows);
-        let cells = (0..self.polynomials.cells()).map(|cell| setup.cell(cell));
-        let rays = RayTables::new(cells.collect::<Result<_, _>>()?)?;
-        let own = seconds(self.start) - begin;
-        let neighbour = rays.neighbour(self.polynomials, v)?;
-        self.measure(name, &neighbour, Some(v), set_up + own)
     }
 }
 
@@ -277,65 +221,55 @@ fn degree<const B: usize>(
     grading.exponent = exponent.unwrap_or(grading.exponent);
     let mesh = Mesh::new::<f64>(&scene, unknowns / B, grading)?;
     let start = Instant::now();
+    let timed = |since: f64| seconds(start) - since;
     let begin = seconds(start);
-    let matrix = if unknowns <= MOST_WITH_PAIRS {
-        Some(Matrix::with_functions(
-            &scene,
-            &mesh,
-            min_mass_ratio(B - 1),
-            B,
-        )?)
-    } else {
-        None
-    };
-    let matrix_time = seconds(start) - begin;
+    let matrix = (unknowns <= MOST_WITH_PAIRS)
+        .then(|| Matrix::with_functions(&scene, &mesh, min_mass_ratio(B - 1), B))
+        .transpose()?;
+    let matrix_time = timed(begin);
     let tables = Tables::<f64>::new(&scene, &mesh);
     let views = matrix
         .as_ref()
         .map_or(VisibilityTable::none(), Matrix::views);
-    let room = Room::new(tables.geometry(), tables.cells(), views, ABSORPTION)?;
-    let lengths = tables.lengths();
+    let room = &tables.room(views);
     let case = Case {
         name,
-        exponent: grading.exponent,
-        polynomials: &room.with_functions::<B>(),
-        mean: MeanOver::new(&room, lengths, 0..lengths.len() - 1)?,
-        shadows: Shadows::new(&scene),
+        head: format!("{} {:7} {:4}", B - 1, mesh.len() * B, grading.exponent),
+        room,
         start,
     };
-    case.measure("plain", &NoNeighbour::<Room<'_, f64>>::new(), None, 0.0)?;
+    case.measure("plain", &NoNeighbour::new(room), None, 0.0)?;
     let begin = seconds(start);
     let coarse = CoarseSolution::new(&scene, COARSE)?;
-    let on_few = coarse.room()?;
-    let step = coarse.step(&on_few);
-    let from_few: Vec<f64> = (0..mesh.len())
-        .flat_map(|cell| step.on(case.polynomials, cell))
-        .collect();
-    let few_time = seconds(start) - begin;
+    let mut from_few = vec![0.0; mesh.len() * B];
+    for (cell, own) in from_few.chunks_exact_mut(B).enumerate() {
+        coarse.step::<_, B>(room, cell, own);
+    }
+    let few_time = timed(begin);
     if let Some(matrix) = &matrix {
         let begin = seconds(start);
         let mut solution = matrix.solve(&scene, &mesh, 1e-14, 1000)?;
-        let mut set_up = matrix_time + seconds(start) - begin;
+        let mut set_up = matrix_time + timed(begin);
         // As the program does.
         if B > 2 {
             solution.v.clone_from(&from_few);
             set_up = matrix_time + few_time;
         }
-        let (v, entries) = (&solution.v, rounded::<f64>(matrix.entries())?);
-        let dense = Dense::new(&entries, matrix.cells(), B).ok_or("no such matrix")?;
+        let coefficients = matrix.coefficients();
         for choice in [Choice::Default, Choice::Pointwise] {
-            let pairs = RoomPairs { views, choice };
-            let g = solution.source::<f64>(&matrix.coefficients(), &pairs)?;
-            let neighbour = Piecewise::with_pointwise(case.polynomials, &dense, pairs, v, &g)?;
-            case.measure(
-                &format!("{choice:?}").to_lowercase(),
-                &neighbour,
-                Some(v),
-                set_up,
-            )?;
+            let vectors = solution.for_walks(&coefficients, RoomPairs { views, choice })?;
+            let neighbour = vectors.with_pointwise::<_, _, B>(room, &coefficients)?;
+            let pairs = format!("{choice:?}").to_lowercase();
+            case.measure(&pairs, &neighbour, Some(&solution.v), set_up)?;
         }
     }
-    case.rays("rays", &from_few, few_time)
+    let begin = seconds(start);
+    let shadows = Shadows::new(&scene);
+    let setup = RaySetup::<_, B>::new(room, &from_few)?.with_shadows(&shadows);
+    let rays = setup.tables()?;
+    let set_up = few_time + timed(begin);
+    let neighbour = rays.neighbour::<_, B>(room, &from_few)?;
+    case.measure("rays", &neighbour, Some(&from_few), set_up)
 }
 
 fn main() -> Result<(), Failed> {

@@ -1,10 +1,13 @@
 //! Light in several channels: colours.
 
-use fredholm_core::channels::{Channels, MOST_CHANNELS};
-use fredholm_core::galerkin::Partition;
-use fredholm_core::{Kernel, Real, Sampler, StateSpace, Uniforms};
-use num_traits::zero;
+use fredholm_core::galerkin::{Basis, Cells};
+use fredholm_core::global::Stationary;
+use fredholm_core::{
+    Chain, Channels, Density, Equation, Located, MOST_CHANNELS, Real, Space, Uniforms, Value,
+};
 
+#[cfg(feature = "alloc")]
+use crate::{Material, Scene, Wall};
 use crate::{Point, Room, RoomError};
 
 /// Reflectances and emissions of all walls in several channels: one number after the other for every wall, and there for every
@@ -86,17 +89,40 @@ impl<'a, F: Real> WallColours<'a, F> {
     }
 }
 
+#[cfg(feature = "alloc")]
+impl WallColours<'_, f64> {
+    /// The material of a wall in a channel.
+    pub(crate) fn material(&self, wall: usize, channel: usize) -> Material {
+        let of = |own: &[f64]| own.get(channel).copied().unwrap_or(f64::NAN);
+        Material {
+            reflectance: of(self.reflectances(wall)),
+            emission: of(self.emissions(wall)),
+        }
+    }
+}
+
+#[cfg(feature = "alloc")]
+impl Scene {
+    /// The material of a wall.
+    pub(crate) fn material(&self, wall: usize) -> Material {
+        let of = |own: fn(&Wall<f64>) -> f64| self.walls.get(wall).map_or(f64::NAN, own);
+        Material {
+            reflectance: of(|wall| wall.reflectance),
+            emission: of(|wall| wall.emission),
+        }
+    }
+}
+
 /// The equations of light in several channels in a room, u_c = F_c + ρ_c H u_c, where H, what light of u arrives at a wall, is the
-/// same for all.
+/// same for all. M is the most channels that a value holds.
 ///
-/// The chain is that of the [`Room`] behind them, whose own reflectances and emissions play no role: one walk of it serves all
-/// channels. In a room [with lights](Room::with_lights) they are the equations of w_c = u_c − F_s,c: what a point sees of a light
-/// is computed once for all channels.
+/// Chain and cells are those of the [`Room`] behind them, whose own reflectances and emissions play no role: one walk of it serves
+/// all channels. What a point sees of a light is computed once for all channels.
 ///
 /// ```
-/// use fredholm_core::channels::Channels;
+/// use fredholm_core::Equation;
 /// use fredholm_room::{
-///     ColouredRoom, Enclosure, Grading, Material, Mesh, Room, Scene, Surface, Tables, VisibilityTable,
+///     ColouredRoom, Enclosure, Grading, Material, Mesh, Scene, Surface, Tables, VisibilityTable,
 ///     WallColours,
 /// };
 ///
@@ -105,30 +131,34 @@ impl<'a, F: Real> WallColours<'a, F> {
 /// let scene = Scene::new::<f64>(&[Surface { points: &points, materials: &grey }], Enclosure::Closed)?;
 /// let mesh = Mesh::new::<f64>(&scene, 4, Grading::default())?;
 /// let tables = Tables::<f64>::new(&scene, &mesh);
-/// let room = Room::new(tables.geometry(), tables.cells(), VisibilityTable::none(), 0.5)?;
+/// let room = tables.room(VisibilityTable::none());
 /// // Four walls that reflect half of the red and a tenth of the green.
 /// let (reflectances, emissions) = ([0.5, 0.1].repeat(4), [0.0; 8]);
-/// let coloured = ColouredRoom::new(&room, WallColours::new(2, (&reflectances, &emissions))?)?;
-/// let mut own = [0.0; 2];
-/// coloured.factors(&room.point(0, 0.5)?, &mut own);
-/// assert_eq!(own, [0.5, 0.1]);
+/// let colours = WallColours::new(2, (&reflectances, &emissions))?;
+/// let coloured = ColouredRoom::<_, 2>::new(&room, colours)?;
+/// let x = room.on_wall(0, 0.5)?;
+/// assert_eq!(coloured.kernel(&x, &x).as_slice(), [0.5, 0.1]);
 /// # Ok::<(), fredholm_room::RoomError>(())
 /// ```
 #[derive(Clone, Copy, Debug)]
-pub struct ColouredRoom<'r, 'a, F> {
+pub struct ColouredRoom<'r, 'a, F, const M: usize> {
     room: &'r Room<'a, F>,
     colours: WallColours<'r, F>,
 }
 
-impl<'r, 'a, F: Real> ColouredRoom<'r, 'a, F> {
+impl<'r, 'a, F: Real, const M: usize> ColouredRoom<'r, 'a, F, M> {
     /// The equations of all channels of these walls.
     ///
     /// # Errors
-    /// [`RoomError::Length`]: the room has another number of walls.
+    /// [`RoomError::Length`]: the room has another number of walls; [`RoomError::Channels`]: there are more than M.
     pub fn new(room: &'r Room<'a, F>, colours: WallColours<'r, F>) -> Result<Self, RoomError> {
         let (expected, found) = (room.geometry().walls().len(), colours.walls());
         if expected != found {
             return Err(RoomError::Length { expected, found });
+        }
+        let channels = colours.channels();
+        if channels > M {
+            return Err(RoomError::Channels { channels });
         }
         Ok(Self { room, colours })
     }
@@ -145,115 +175,99 @@ impl<'r, 'a, F: Real> ColouredRoom<'r, 'a, F> {
         &self.colours
     }
 
-    /// F_s,c of a wall: its emissions if it is a light, and 0 otherwise.
-    pub fn emission_of_light(&self, wall: usize, to: &mut [F]) {
-        to.fill(zero());
-        if u32::try_from(wall).is_ok_and(|wall| self.room.is_light(wall)) {
-            copy(self.colours.emissions(wall), to);
-        }
-    }
-
-    /// The irradiance that lights make at a point directly, in every channel.
-    pub fn direct(&self, x: &Point<F>, to: &mut [F]) {
-        to.fill(zero());
-        self.add_direct(x, to);
-    }
-
-    /// Adds the irradiance that lights make at a point directly.
+    /// The numbers of a wall as a value.
     #[inline]
-    pub(crate) fn add_direct(&self, x: &Point<F>, to: &mut [F]) {
-        if self.room.lights().is_empty() {
-            return;
-        }
-        self.room.seen_lights(x, |light, _, factor| {
-            for (to, &emission) in to.iter_mut().zip(self.colours.emissions(light)) {
-                *to += emission * factor;
-            }
-        });
-    }
-
-    /// T_Kc F_s,c at a point: what a wall reflects of the lights, in every channel.
-    #[inline]
-    pub fn reflected_light(&self, x: &Point<F>, to: &mut [F]) {
-        self.direct(x, to);
-        self.reflect(x, to);
-    }
-
-    /// Multiplies irradiances of a point by the reflectances of its wall.
-    #[inline]
-    pub(crate) fn reflect(&self, x: &Point<F>, to: &mut [F]) {
-        for (to, &reflectance) in to.iter_mut().zip(self.colours.reflectances(x.wall())) {
-            *to *= reflectance;
-        }
+    pub(crate) fn value(&self, own: &[F]) -> Channels<F, M> {
+        Channels::from_fn(self.colours.channels, |channel| {
+            own.get(channel).copied().unwrap_or(F::NAN)
+        })
     }
 }
 
-/// Copies as many numbers as there are places for them.
-#[inline]
-fn copy<F: Copy>(from: &[F], to: &mut [F]) {
-    to.iter_mut().zip(from).for_each(|(to, &from)| *to = from);
-}
-
-impl<F: Real> StateSpace for ColouredRoom<'_, '_, F> {
+impl<F: Real, const M: usize> Space for ColouredRoom<'_, '_, F, M> {
     type Scalar = F;
     type Point = Point<F>;
 }
 
-impl<F: Real> Sampler for ColouredRoom<'_, '_, F> {
-    #[inline]
-    fn absorption(&self, x: &Point<F>) -> F {
-        self.room.absorption(x)
-    }
-
+impl<F: Real, const M: usize> Chain for ColouredRoom<'_, '_, F, M> {
     #[inline]
     fn step<U: Uniforms<F>>(&self, x: &Point<F>, uniforms: &mut U) -> Option<Point<F>> {
         self.room.step(x, uniforms)
     }
 }
 
-impl<F: Real> Kernel for ColouredRoom<'_, '_, F> {
-    /// The kernel of a wall that reflects everything, 1/(1 − q0).
-    #[inline]
-    fn kernel(&self, _: &Point<F>, _: &Point<F>) -> F {
-        self.room.per_survival()
+impl<F: Real, const M: usize> Density for ColouredRoom<'_, '_, F, M> {
+    fn density(&self, x: &Point<F>, y: &Point<F>) -> F {
+        self.room.density(x, y)
     }
 }
 
-impl<F: Real> Partition for ColouredRoom<'_, '_, F> {
-    fn cells(&self) -> usize {
-        self.room.cells()
+impl<F: Real, const M: usize> Equation for ColouredRoom<'_, '_, F, M> {
+    type Value = Channels<F, M>;
+
+    #[inline]
+    fn kernel(&self, x: &Point<F>, _: &Point<F>) -> Channels<F, M> {
+        self.value(self.colours.reflectances(x.wall()))
     }
 
     #[inline]
-    fn locate(&self, x: &Point<F>) -> usize {
-        self.room.locate(x)
+    fn source<U: Uniforms<F>>(&self, x: &Point<F>, _: &mut U) -> Channels<F, M> {
+        self.value(self.colours.emissions(x.wall()))
     }
-}
 
-impl<F: Real> Channels for ColouredRoom<'_, '_, F> {
     fn channels(&self) -> usize {
         self.colours.channels
     }
 
-    /// ρ_c.
+    /// The largest ρ_c.
     #[inline]
-    fn factors(&self, x: &Point<F>, factors: &mut [F]) {
-        copy(self.colours.reflectances(x.wall()), factors);
+    fn size(&self, x: &Point<F>) -> F {
+        self.kernel(x, x).largest()
     }
+}
 
-    /// F_c, or T_Kc F_s,c + F_c − F_s,c in a room with lights: nothing is drawn.
+impl<F: Real, const M: usize> Cells for ColouredRoom<'_, '_, F, M> {
+    const DIMENSION: usize = 1;
+
+    fn cells(&self) -> usize {
+        self.room.cells()
+    }
     #[inline]
-    fn sample_sources<U: Uniforms<F>>(&self, x: &Point<F>, _: &mut U, sources: &mut [F]) {
-        let own = self.colours.emissions(x.wall());
-        if self.room.lights().is_empty() {
-            copy(own, sources);
-            return;
-        }
-        self.reflected_light(x, sources);
-        if !self.room.is_light(x.wall() as u32) {
-            for (source, &emission) in sources.iter_mut().zip(own) {
-                *source += emission;
-            }
-        }
+    fn locate(&self, x: &Point<F>) -> usize {
+        self.room.locate(x)
+    }
+    fn measure(&self, cell: usize) -> f64 {
+        self.room.measure(cell)
+    }
+    fn point(&self, cell: usize, t: &[f64]) -> Point<F> {
+        self.room.point(cell, t)
+    }
+    #[inline]
+    fn parameters(&self, x: &Located<Point<F>>, t: &mut [F]) {
+        self.room.parameters(x, t);
+    }
+    fn at(&self, coordinates: &[f64]) -> Option<Point<F>> {
+        self.room.at(coordinates)
+    }
+}
+
+impl<F: Real, const M: usize, const B: usize> Basis<B> for ColouredRoom<'_, '_, F, M> {}
+
+/// The starts of the room.
+impl<F, E, const M: usize> Stationary<E> for ColouredRoom<'_, '_, F, M>
+where
+    F: Real,
+    E: Space<Scalar = F, Point = Point<F>> + ?Sized,
+{
+    #[inline]
+    fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> Point<F> {
+        Stationary::<E>::start(self.room, uniforms)
+    }
+    #[inline]
+    fn start_density(&self, x: &Point<F>) -> f64 {
+        Stationary::<E>::start_density(self.room, x)
+    }
+    fn is_preserved(&self) -> bool {
+        Stationary::<E>::is_preserved(self.room)
     }
 }

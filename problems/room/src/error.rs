@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use fredholm_core::channels::MOST_CHANNELS;
+use fredholm_core::MOST_CHANNELS;
 use fredholm_core::galerkin::GalerkinError;
 use fredholm_core::refused;
 
@@ -72,8 +72,6 @@ pub enum RoomError {
         /// A direction in which light leaves from there, or meets a back.
         direction: [f64; 2],
     },
-    /// The absorption probability q0 is NaN or outside (0, 1).
-    Absorption,
     /// No cells, or more than 2³² − 1, or so many that the scalar cannot tell them apart.
     Cells,
     /// The grading exponent is NaN or outside [1, 10].
@@ -85,7 +83,7 @@ pub enum RoomError {
         /// The number that was asked for.
         functions: usize,
     },
-    /// No channels, or more than walks serve.
+    /// No channels, or more than walks serve or a value holds.
     Channels {
         /// The number that was asked for.
         channels: usize,
@@ -175,7 +173,6 @@ impl fmt::Display for RoomError {
                  from behind, from ({x}, {y}) in direction ({dx}, {dy}); close the gap, turn surfaces \
                  whose active side is not on the left, or declare the room open"
             ),
-            Self::Absorption => f.write_str(refused::ABSORPTION),
             Self::Cells => write!(
                 f,
                 "at least one cell is needed, at most 2^32 - 1, and no more than the scalar can \
@@ -188,7 +185,7 @@ impl fmt::Display for RoomError {
             ),
             Self::Channels { channels } => write!(
                 f,
-                "there are from 1 to {MOST_CHANNELS} channels, not {channels}"
+                "a room has from 1 to {MOST_CHANNELS} channels, and no more than its values hold, not {channels}"
             ),
             Self::Ratio => write!(f, "the smallest ratio of masses must lie between 0 and 1"),
             Self::Surface { surface } => write!(f, "there is no surface {surface}"),

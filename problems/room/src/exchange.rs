@@ -5,9 +5,9 @@ use fredholm_core::array::{Each, from_fn};
 use fredholm_core::galerkin::legendre;
 
 use crate::geometry::Geometry;
-use crate::moments::{MOST, Rules};
+use crate::moments::MOST;
 use crate::pairs::Visibility;
-use crate::panels::{RULES, gauss};
+use crate::panels::{Panels, RULES, gauss};
 use crate::vector::{Vector, dot, norm, sub};
 use crate::visible::{Part, Viewer};
 
@@ -36,8 +36,7 @@ pub(crate) struct Sights<'a> {
     geometry: Geometry<'a, f64>,
     /// B ≤ [`MOST`].
     functions: usize,
-    constants: Rules<f64, 1>,
-    rules: Rules<f64, MOST>,
+    panels: Panels<f64>,
     min_mass_ratio: f64,
 }
 
@@ -50,13 +49,12 @@ impl<'a> Sights<'a> {
         Self {
             geometry,
             functions,
-            constants: Rules::new(),
-            rules: Rules::for_functions(functions),
+            panels: Panels::new(functions),
             min_mass_ratio,
         }
     }
 
-    /// Whether no eigenvalue of M_j(x)/(1 − q0) is below min_mass_ratio times `mean` for x in `from`. Within
+    /// Whether no eigenvalue of M_j(x) is below min_mass_ratio times `mean` for x in `from`. Within
     /// a part that sees another wholly p_j has one maximum, so its infimum is at an end; at a
     /// corner it is a limit.
     pub(crate) fn is_even(&self, from: &Part<f64>, to: &Part<f64>, mean: f64) -> bool {
@@ -88,13 +86,13 @@ impl<'a> Sights<'a> {
         view: Visibility,
         each: &mut dyn FnMut(f64, &[f64]),
     ) {
-        let geometry = &self.geometry;
+        let (geometry, panels) = (&self.geometry, &self.panels);
         if self.functions == 1 {
-            geometry.measure(&self.constants, from, part, view, |share, psi| {
+            geometry.measure(panels, from, part, view, |share, psi: &[f64; 1]| {
                 each(share, psi);
             });
         } else {
-            geometry.measure(&self.rules, from, part, view, |share, psi| {
+            geometry.measure(panels, from, part, view, |share, psi: &[f64; MOST]| {
                 each(share, psi.get(..self.functions).unwrap_or(psi));
             });
         }
@@ -132,7 +130,7 @@ impl<'a> Sights<'a> {
         let middle = 0.5 * (from + to);
         let half = 0.5 * (to - from) * own.length;
         let away = distance(at(own, middle).position, other);
-        let rule = self.rules.panels().rule(away * away, half * half);
+        let rule = self.panels.rule(away * away, half * half);
         if rule.is_none() && halvings > 0 {
             for ends in [[from, middle], [middle, to]] {
                 self.integrate(parts, view, ends, halvings - 1, sums);

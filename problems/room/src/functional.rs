@@ -1,64 +1,50 @@
 //! Means, and irradiance, as functionals of u.
 
 use core::ops::Range;
-use fredholm_core::array::Each;
 
-use fredholm_core::galerkin::{Partition, legendre};
-use fredholm_core::{Functional, Real, Uniforms};
+use fredholm_core::array::Each;
+use fredholm_core::galerkin::{Cells, legendre};
+use fredholm_core::{Equation, Functional, Real, Start, StartOf, Uniforms};
 use num_traits::{one, zero};
 
 use crate::moments::{MOST, Sight};
-use crate::panels::Panels;
 use crate::vector::{Vector, cross, dot, sub};
 use crate::{Point, Room, RoomError};
 
 /// The mean of u over consecutive walls, weighted by length: those of a surface, or all. Walks
 /// start uniformly on them, φ = 1.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct MeanOver<'r, 'a, F> {
     room: &'r Room<'a, F>,
-    /// The lengths of all walls before each, and of all.
-    lengths: &'a [f64],
-    from: usize,
-    to: usize,
+    walls: Range<usize>,
 }
 
 impl<'r, 'a, F: Real> MeanOver<'r, 'a, F> {
-    /// Over the walls `walls`. `lengths` are those of all walls before each, and of all, as
-    /// `Tables::lengths` gives them.
+    /// Over the walls `walls`.
     ///
     /// # Errors
-    /// [`RoomError::Length`] where `lengths` has not one entry more than there are walls,
     /// [`RoomError::Wall`] where there are no such walls.
-    pub fn new(
-        room: &'r Room<'a, F>,
-        lengths: &'a [f64],
-        walls: Range<usize>,
-    ) -> Result<Self, RoomError> {
-        let count = room.geometry().walls().len();
-        if lengths.len() != count + 1 {
-            return Err(RoomError::Length {
-                expected: count + 1,
-                found: lengths.len(),
-            });
-        }
-        if walls.start >= walls.end || walls.end > count {
+    pub fn new(room: &'r Room<'a, F>, walls: Range<usize>) -> Result<Self, RoomError> {
+        if walls.is_empty() || walls.end > room.geometry().walls().len() {
             return Err(RoomError::Wall { wall: walls.start });
         }
-        Ok(Self {
-            room,
-            lengths,
-            from: walls.start,
-            to: walls.end,
-        })
+        Ok(Self { room, walls })
+    }
+
+    /// Over all walls of a room.
+    #[must_use]
+    pub fn everything(room: &'r Room<'a, F>) -> Self {
+        let walls = 0..room.geometry().walls().len();
+        Self { room, walls }
     }
 
     /// (v, Φ), exact up to rounding: the mean of the piecewise constant v; of piecewise
     /// polynomials, where v has a multiple of n entries.
     #[must_use]
     pub fn of(&self, v: &[F]) -> f64 {
-        let cells = self.room.table();
-        let range = cells.range(self.from as u32).start..cells.range(self.to as u32 - 1).end;
+        let cells = self.room.partition();
+        let [first, last] = [self.walls.start, self.walls.end - 1].map(|w| cells.range(w as u32));
+        let range = first.start..last.end;
         let (mut sum, mut length) = (0.0, 0.0);
         // All functions but the first have the mean 0.
         let functions = (v.len() / cells.len().max(1)).max(1);
@@ -72,42 +58,34 @@ impl<'r, 'a, F: Real> MeanOver<'r, 'a, F> {
     }
 }
 
-impl<'a, F: Real> Functional<Room<'a, F>> for MeanOver<'_, 'a, F> {
+impl<F, E> Functional<E> for MeanOver<'_, '_, F>
+where
+    F: Real,
+    E: Equation<Scalar = F, Point = Point<F>> + ?Sized,
+{
     #[inline]
-    fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> (Point<F>, F) {
-        let xi: F = uniforms.uniform();
-        let at = |w: usize| self.lengths.get(w).copied().unwrap_or(f64::NAN);
-        let (begin, end) = (at(self.from), at(self.to));
-        let place = begin + xi.to_f64() * (end - begin);
-        let own = self.lengths.get(self.from + 1..self.to).unwrap_or(&[]);
-        let w = self.from + own.partition_point(|&sum| sum <= place);
-        let fraction = ((place - at(w)) / (at(w + 1) - at(w))).clamp(0.0, 1.0);
-        let point = self.room.point_at(w, F::from_f64(fraction));
-        (point, one())
+    fn start<U: Uniforms<F>>(&self, equation: &E, uniforms: &mut U) -> StartOf<E> {
+        let x = self.room.uniform_on(&self.walls, uniforms.uniform());
+        Start::of(equation, x, one())
     }
 }
 
-/// The irradiance H(x) = ∫ V cos θ_x cos θ_y/(2|x − y|) u(y) dy as a functional of u: where `of`
-/// starts, one step of the cosine law is made first, and the walk starts where it leads. So it has
-/// no ρ to be divided by, and serves black walls too. Light that leaves an open room brings nothing
+/// The irradiance H(x) = ∫ V cos θ_x cos θ_y/(2|x − y|) u(y) dy as a functional of u: where another
+/// one starts, [`At`](fredholm_core::At) a point or [`MeanOver`] walls, one step of the cosine law is made first, and the walk
+/// starts where it leads. So it has no ρ to be divided by, and serves black walls too. Light that leaves an open room brings nothing
 /// back.
 ///
 /// u = F + ρH, and the net flux out of a wall is F − (1 − ρ)H.
 #[derive(Clone, Copy, Debug)]
-pub struct Irradiance<'r, 'a, F, T> {
-    /// The room.
-    pub room: &'r Room<'a, F>,
-    /// The place: [`At`](fredholm_core::At) a point, or [`MeanOver`] walls.
-    pub of: T,
-}
+pub struct Irradiance<T>(pub T);
 
-impl<'a, F: Real, T: Functional<Room<'a, F>>> Functional<Room<'a, F>> for Irradiance<'_, 'a, F, T> {
+impl<E: Equation + ?Sized, T: Functional<E>> Functional<E> for Irradiance<T> {
     #[inline]
-    fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> (Point<F>, F) {
-        let (x, phi) = self.of.start(uniforms);
-        match self.room.scatter(&x, uniforms.uniform()) {
-            Some(y) => (y, phi),
-            None => (x, zero()),
+    fn start<U: Uniforms<E::Scalar>>(&self, equation: &E, uniforms: &mut U) -> StartOf<E> {
+        let Start { point, phi, .. } = self.0.start(equation, uniforms);
+        match equation.step(&point, uniforms) {
+            Some(y) => Start::of(equation, y, phi),
+            None => Start::of(equation, point, zero()),
         }
     }
 }
@@ -136,7 +114,7 @@ impl<F: Real> Seen<'_, '_, F> {
 
     /// Calls `each` with a cell and the directions between which it is seen, from right to left.
     fn pieces(&self, mut each: impl FnMut(usize, Vector<F>, Vector<F>)) {
-        let (geometry, cells, x) = (self.room.geometry(), self.room.table(), self.position);
+        let (geometry, cells, x) = (self.room.geometry(), self.room.partition(), self.position);
         for (w, wall) in (0..).zip(geometry.walls()) {
             geometry.seen_pieces(x, w, |right, left| {
                 // Where the first direction meets the wall.
@@ -167,49 +145,79 @@ impl<F: Real> Seen<'_, '_, F> {
     /// constant, or of piecewise polynomials where it has a multiple of n entries, at most 5 n.
     #[must_use]
     pub fn of(&self, v: &[F]) -> [f64; 2] {
-        let functions = v.len() / self.room.table().len().max(1);
-        let panels = Panels::new(functions);
-        let [mut sum, mut share] = [0.0; 2];
-        self.pieces(|cell, right, left| {
-            let angle = angle(right, left).to_f64();
-            share += angle;
-            sum += match v.get(cell * functions..(cell + 1) * functions) {
-                Some(&[constant]) => constant.to_f64() * angle,
-                Some(own) if (2..=MOST).contains(&functions) => {
-                    self.polynomial(&panels, cell, [right, left], own)
-                }
-                _ => f64::NAN,
-            };
+        let functions = v.len() / self.room.cells().max(1);
+        let mut sum = 0.0;
+        let share = self.integrate(functions, |cell, share, psi| {
+            let own = v.get(cell * functions..).unwrap_or(&[]);
+            let terms = own
+                .iter()
+                .zip(psi)
+                .map(|(v, psi)| v.to_f64() * psi.to_f64());
+            sum += share * terms.sum::<f64>();
         });
-        [sum, share].each(|x| x / core::f64::consts::TAU)
+        [sum, share]
     }
 
     /// Writes the moments ∫ ψ_jb dω/2π over the directions ω in which the point sees cell j, of `functions` functions on
     /// every cell, at most 5: Σ_jb v_jb times them is (v, Φ), as in [`of`](Self::of). NaN if `out` has not as many entries as
     /// there are functions on all cells.
     pub fn moments(&self, functions: usize, out: &mut [f64]) {
-        if !(1..=MOST).contains(&functions) || out.len() != functions * self.room.table().len() {
+        if !(1..=MOST).contains(&functions) || out.len() != functions * self.room.cells() {
             out.fill(f64::NAN);
             return;
         }
-        let panels = Panels::new(functions);
         out.fill(0.0);
-        self.pieces(|cell, right, left| {
-            let place = cell * functions;
-            let own = out.get_mut(place..place + functions).unwrap_or_default();
-            let mut add = |share: f64, psi: &[F]| {
-                for (own, psi) in own.iter_mut().zip(psi) {
-                    *own += share / core::f64::consts::TAU * psi.to_f64();
-                }
-            };
-            if functions == 1 {
-                add(angle(right, left).to_f64(), &[one()]);
-            } else {
-                self.places(&panels, cell, [right, left], |[d, ds, square], psi| {
-                    add((d * ds / square).to_f64(), psi);
-                });
+        self.integrate(functions, |cell, share, psi| {
+            let own = out.get_mut(cell * functions..).unwrap_or_default();
+            for (own, psi) in own.iter_mut().zip(psi) {
+                *own += share * psi.to_f64();
             }
         });
+    }
+
+    /// Calls `each` with cells, shares of all directions in which a place of them is seen, and their functions there. Returns the
+    /// share of all directions in which any is seen.
+    fn integrate(&self, functions: usize, mut each: impl FnMut(usize, f64, &[F])) -> f64 {
+        let panels = self.room.panels(functions);
+        let mut all = 0.0;
+        self.pieces(|cell, right, left| {
+            let angle = angle(right, left).to_f64() / core::f64::consts::TAU;
+            all += angle;
+            if functions == 1 {
+                return each(cell, angle, &[one()]);
+            }
+            let part = self.room.partition().part(cell);
+            let wall = part.and_then(|part| self.room.geometry().wall(part.wall));
+            let (Some(part), Some(wall), 2..=MOST) = (part, wall, functions) else {
+                return each(cell, f64::NAN, &[one()]);
+            };
+            let sight = Sight::new([zero(); 2], self.position, &part, wall);
+            let ends = [right, left].each(|a| sight.meets(a, wall));
+            let d = sight.distance();
+            // dω = d ds/(s² + d²) at the place s along the wall from the foot of the perpendicular of length d.
+            panels.points(ends, d, |s, ds| {
+                let [before, behind] = sight.fractions(s);
+                let psi: [F; MOST] = legendre(before - behind);
+                let share = (d * ds / (s * s + d * d)).to_f64() / core::f64::consts::TAU;
+                each(cell, share, psi.get(..functions).unwrap_or(&[]));
+            });
+        });
+        all
+    }
+
+    /// The density of starts at a point of a wall: dω/2π over its length; 0 where it is not seen.
+    #[must_use]
+    pub fn density(&self, y: &Point<F>) -> F {
+        let span = sub(y.position(), self.position);
+        let square = dot(span, span);
+        let length = square.sqrt();
+        let seen = self.room.look(self.position, span.each(|s| s / length));
+        match self.room.geometry().wall(y.wall() as u32) {
+            Some(wall) if seen.is_some_and(|seen| seen.wall() == y.wall()) => {
+                wall.height(self.position) / (square * (F::PI + F::PI))
+            }
+            _ => zero(),
+        }
     }
 
     /// Calls `each` with points of walls that the point sees, and weights that sum to the share of all directions in which
@@ -236,7 +244,7 @@ impl<F: Real> Seen<'_, '_, F> {
                         let [a, b] = wall.ends.each(|end| cross(direction, sub(end, x)).abs());
                         let fraction = a / (a + b);
                         each(
-                            self.room.at(w, wall, fraction),
+                            self.room.point_of(w, wall, fraction),
                             weight * panel / core::f64::consts::TAU,
                         );
                     }
@@ -244,86 +252,6 @@ impl<F: Real> Seen<'_, '_, F> {
                 }
             });
         }
-    }
-
-    /// Which share of the angle of every cell the point sees, of 0 to 1: the rest is hidden. For [`Seen::density`].
-    #[cfg(feature = "alloc")]
-    #[must_use]
-    pub fn visible_shares(&self) -> alloc::vec::Vec<F> {
-        let cells = self.room.table();
-        let mut shares = alloc::vec![zero::<F>(); cells.len()];
-        self.cells(|cell, angle| {
-            if let Some(share) = shares.get_mut(cell) {
-                *share += angle;
-            }
-        });
-        for (cell, share) in shares.iter_mut().enumerate() {
-            let Some(part) = cells.part(cell) else {
-                continue;
-            };
-            let [from, to] = part.ends.each(|end| sub(end, self.position));
-            let whole = angle(from, to).abs();
-            *share = if *share > zero() {
-                *share / whole
-            } else {
-                zero()
-            };
-        }
-        shares
-    }
-
-    /// The density with which walks start in `y`, cos θ_y/(2π|x − y|) per length, times the share of the cell of y that
-    /// the point sees: over cells it integrates to what the point sees of them, exactly.
-    #[must_use]
-    pub fn density(&self, y: &Point<F>, visible_shares: &[F]) -> F {
-        let wall = self.room.geometry().wall(y.wall() as u32);
-        let (Some(wall), Some(&share)) = (wall, visible_shares.get(self.room.locate(y))) else {
-            return F::NAN;
-        };
-        let (span, height) = (sub(y.position(), self.position), wall.height(self.position));
-        if !(share > zero() && height > zero()) {
-            return zero();
-        }
-        share * height / (dot(span, span) * (F::PI + F::PI))
-    }
-
-    /// ∫ v dω of a polynomial on a cell, between two directions: dω = d ds/(s² + d²) at the place s
-    /// along the wall from the foot of the perpendicular of length d.
-    fn polynomial(
-        &self,
-        panels: &Panels<F>,
-        cell: usize,
-        directions: [Vector<F>; 2],
-        v: &[F],
-    ) -> f64 {
-        let mut sum = 0.0;
-        self.places(panels, cell, directions, |[d, ds, square], psi| {
-            let products = v.iter().zip(psi).map(|(&v, &psi)| v * psi);
-            let value = products.fold(zero::<F>(), |sum, x| sum + x);
-            sum += (value * d * ds / square).to_f64();
-        });
-        sum
-    }
-
-    /// Calls `each` with d, ds and s² + d² of places of a cell between two directions, and with its functions there.
-    fn places(
-        &self,
-        panels: &Panels<F>,
-        cell: usize,
-        directions: [Vector<F>; 2],
-        mut each: impl FnMut([F; 3], &[F; MOST]),
-    ) {
-        let part = self.room.table().part(cell);
-        let wall = part.and_then(|part| self.room.geometry().wall(part.wall));
-        let (Some(part), Some(wall)) = (part, wall) else {
-            return each([F::NAN; 3], &[F::NAN; MOST]);
-        };
-        let sight = Sight::new([zero(); 2], self.position, &part, wall);
-        let (ends, d) = (directions.each(|a| sight.meets(a, wall)), sight.distance());
-        panels.points(ends, d, |s, ds| {
-            let [before, behind] = sight.fractions(s);
-            each([d, ds, s * s + d * d], &legendre(before - behind));
-        });
     }
 }
 
@@ -349,37 +277,27 @@ fn angle<F: Real>(a: [F; 2], b: [F; 2]) -> F {
     }
 }
 
-impl<'a, F: Real> Functional<Room<'a, F>> for Seen<'_, 'a, F> {
+impl<F, E> Functional<E> for Seen<'_, '_, F>
+where
+    F: Real,
+    E: Equation<Scalar = F, Point = Point<F>> + ?Sized,
+{
     #[inline]
-    fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> (Point<F>, F) {
+    fn start<U: Uniforms<F>>(&self, equation: &E, uniforms: &mut U) -> StartOf<E> {
         let xi: F = uniforms.uniform();
         let angle = (xi + xi) * F::PI;
         match self.room.look(self.position, [angle.cos(), angle.sin()]) {
-            Some(y) => (y, one()),
+            Some(y) => Start::of(equation, y, one()),
             // Some point, and nothing of it.
-            None => (self.room.point_at(0, zero()), zero()),
+            None => Start::of(equation, self.room.point(0, &[0.0]), zero()),
         }
-    }
-}
-
-impl<'a, F: Real> Room<'a, F> {
-    /// (v, Φ) of the irradiance at a point: Σ_j v_j times the form factor from x to cell j, v
-    /// piecewise constant; for piecewise polynomials see
-    /// [`PolynomialRoom`](crate::PolynomialRoom::irradiance_of).
-    #[must_use]
-    pub fn irradiance_of(&self, x: &Point<F>, v: &[F]) -> f64 {
-        let terms = v.iter().enumerate();
-        let terms = terms.map(|(j, v)| v.to_f64() * self.form_factor(x, j).to_f64());
-        terms.sum()
     }
 }
 
 #[cfg(all(test, feature = "alloc"))]
 mod tests {
     use super::Seen;
-    use crate::{
-        Enclosure, Grading, Material, Mesh, Room, Scene, Surface, Tables, VisibilityTable,
-    };
+    use crate::{Enclosure, Grading, Material, Mesh, Scene, Surface, Tables, VisibilityTable};
 
     /// What a point sees, in three ways: of polynomials on cells at once and by their moments, exactly, and of any function
     /// by points, whose panels of directions make hardly a difference once they are narrow.
@@ -399,8 +317,7 @@ mod tests {
         let scene = Scene::new::<f64>(&surfaces, Enclosure::Closed).unwrap();
         let mesh = Mesh::new::<f64>(&scene, 40, Grading::default()).unwrap();
         let tables = Tables::<f64>::new(&scene, &mesh);
-        let (geometry, cells) = (tables.geometry(), tables.cells());
-        let room = Room::new(geometry, cells, VisibilityTable::none(), 0.5).unwrap();
+        let room = tables.room(VisibilityTable::none());
         for position in [[0.3, 0.2], [1.0, 0.3], [1.95, 0.97]] {
             let seen = Seen {
                 room: &room,

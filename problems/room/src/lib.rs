@@ -10,18 +10,15 @@
 extern crate alloc;
 
 mod cast;
-mod cells;
-#[cfg(feature = "alloc")]
-mod channel_setup;
 #[cfg(feature = "alloc")]
 mod closed;
 #[cfg(feature = "alloc")]
 mod coarse;
 mod coloured;
-mod coloured_rays;
 #[cfg(feature = "alloc")]
 mod covered;
 mod error;
+mod exact;
 #[cfg(feature = "alloc")]
 mod exchange;
 #[cfg(feature = "alloc")]
@@ -38,7 +35,7 @@ mod mesh;
 mod moments;
 mod pairs;
 mod panels;
-mod polynomials;
+mod partition;
 #[cfg(feature = "alloc")]
 mod quadrature;
 #[cfg(feature = "alloc")]
@@ -57,7 +54,6 @@ mod shadows;
 mod sides;
 #[cfg(feature = "alloc")]
 mod solution;
-mod starts;
 #[cfg(feature = "alloc")]
 mod tables;
 mod vector;
@@ -65,45 +61,42 @@ mod vector;
 mod views;
 mod visible;
 
-pub use cells::{Cells, Edge};
 #[cfg(feature = "alloc")]
-pub use channel_setup::{ChannelRaySetup, ChannelRayTables};
-#[cfg(feature = "alloc")]
-pub use coarse::{CoarseChannelStep, CoarseChannels, CoarseSolution, CoarseStep};
+pub use coarse::CoarseSolution;
 pub use coloured::{ColouredRoom, WallColours};
-pub use coloured_rays::{ChannelControl, ColouredRays};
 #[cfg(feature = "alloc")]
 pub use covered::Covered;
 pub use error::{Place, RoomError};
+pub use exact::ExactNeighbour;
 #[cfg(feature = "alloc")]
 pub use factors::exchanges;
 pub use fredholm_surfaces::{Enclosure, Material, STEFAN_BOLTZMANN};
 pub use functional::{Irradiance, MeanOver, Seen};
 pub use geometry::{Geometry, Hit, Node, Strip, Wall};
+pub use light::RoomEquation;
 #[cfg(feature = "alloc")]
-pub use light::DirectLight;
+pub use light::{DirectLight, subtract_lights};
 #[cfg(feature = "alloc")]
 pub use matrix::{MIN_MASS_RATIO, Matrix, min_mass_ratio};
 #[cfg(feature = "alloc")]
 pub use mesh::{Grading, Mesh};
 pub use pairs::{Choice, RoomPairs, Visibility, VisibilityTable};
-pub use polynomials::PolynomialRoom;
+pub use partition::{Edge, Partition, PartitionTables};
 #[cfg(feature = "alloc")]
 pub use quadrature::RoomQuadrature;
 #[cfg(feature = "alloc")]
-pub use ray_boxes::{CellChannelRays, CellRays};
+pub use ray_boxes::CellRays;
 #[cfg(feature = "alloc")]
 pub use ray_setup::RaySetup;
 #[cfg(feature = "alloc")]
 pub use ray_tables::RayTables;
-pub use rays::{Interval, RayBox, RayControl, RayNeighbour, Share, Stretch};
+pub use rays::{RayControl, RayNeighbour, Share, Stretch};
 pub use room::{Point, Room};
 #[cfg(feature = "alloc")]
 pub use scene::{Scene, Surface};
 #[cfg(feature = "alloc")]
 pub use shadows::Shadows;
 #[cfg(feature = "alloc")]
-pub use solution::{neighbour_second_moment_radius, second_moment_radius};
-pub use starts::WallStarts;
+pub use solution::side_by_side;
 #[cfg(feature = "alloc")]
 pub use tables::Tables;

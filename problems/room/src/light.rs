@@ -3,46 +3,81 @@
 #[cfg(feature = "alloc")]
 use alloc::vec::Vec;
 
-use fredholm_core::Real;
 #[cfg(feature = "alloc")]
-use fredholm_core::channels::MOST_CHANNELS;
-#[cfg(feature = "alloc")]
-use fredholm_core::galerkin::{buffer, legendre, reserve};
+use fredholm_core::galerkin::{Cells, buffer, legendre, reserve};
+use fredholm_core::{Channels, Equation, Lights, NoDraws, Real, Uniforms, Value};
 #[cfg(feature = "alloc")]
 use fredholm_core::{SourcePart, best_lights};
 use num_traits::zero;
 
+use crate::{ColouredRoom, Point, Room, RoomError, Wall};
 #[cfg(feature = "alloc")]
-use crate::factors::exchanges;
-#[cfg(feature = "alloc")]
-use crate::{ColouredRoom, PolynomialRoom, RoomError, Scene, WallColours};
-use crate::{Point, Room, Wall};
+use crate::{Material, Scene, WallColours, factors::exchanges};
 
-impl<F: Real> Room<'_, F> {
-    /// F_s on a wall: its emission if it is a light, and 0 otherwise.
-    #[must_use]
-    pub fn emission_of_light(&self, wall: usize) -> F {
-        let is_light = u32::try_from(wall).is_ok_and(|wall| self.is_light(wall));
-        let found = self.geometry().walls().get(wall).filter(|_| is_light);
-        found.map_or(zero(), |wall| wall.emission)
-    }
-
-    #[inline]
-    pub(crate) fn is_light(&self, wall: u32) -> bool {
-        self.lights().binary_search(&wall).is_ok()
-    }
+/// An equation of light in a room, of one channel or of several: a [`Room`] or a [`ColouredRoom`].
+///
+/// In a room [with lights](Room::with_lights) F_s is their emission, and nothing has to be drawn for a last step to them:
+/// (T_K F_s)(x) is ρ Σ_l F_l F_x→l with the form factors of what x sees of the lights, in closed form.
+pub trait RoomEquation<F: Real>: Lights<Scalar = F, Point = Point<F>> {
+    /// The room.
+    fn room(&self) -> &Room<'_, F>;
 
     /// The irradiance that lights make at a point directly, Σ_l F_l F_x→l.
-    #[must_use]
-    pub fn direct(&self, x: &Point<F>) -> F {
-        let mut sum = zero::<F>();
-        self.seen_lights(x, |_, wall, factor| sum += wall.emission * factor);
-        sum
+    fn direct(&self, x: &Point<F>) -> Self::Value;
+}
+
+impl<'a, F: Real> Room<'a, F> {
+    /// The room with some walls as lights, of which a [`LastStep`](fredholm_core::LastStep) knows what they emit: a small
+    /// light is met by few walks, and a last step to it is made in every state that scores. The equation itself is the same.
+    ///
+    /// `lights` are numbers of walls that grow.
+    ///
+    /// # Errors
+    /// [`RoomError::Lights`]: there is no such wall, or numbers do not grow.
+    ///
+    /// ```
+    /// use fredholm_core::{Equation, LastStep, NoDraws};
+    /// use fredholm_room::{
+    ///     Enclosure, Grading, Material, Mesh, Scene, Surface, Tables, VisibilityTable,
+    /// };
+    ///
+    /// let material = |emission| [Material { reflectance: 0.5, emission }];
+    /// let (lamp, dark) = (material(1.0), material(0.0));
+    /// let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]];
+    /// let floor = Surface { points: &corners[..2], materials: &lamp };
+    /// let rest = Surface { points: &corners[1..], materials: &dark };
+    /// let scene = Scene::new::<f64>(&[floor, rest], Enclosure::Closed)?;
+    /// let mesh = Mesh::new::<f64>(&scene, 4, Grading::default())?;
+    /// let tables = Tables::<f64>::new(&scene, &mesh);
+    /// let room = tables.room(VisibilityTable::none()).with_lights(&[0])?;
+    /// // The floor's emission is known; from the middle of the ceiling it is seen under twice the angle whose tangent is ½.
+    /// let [floor, ceiling] = [room.on_wall(0, 0.5)?, room.on_wall(2, 0.5)?];
+    /// assert_eq!(LastStep(&room).source(&floor, &mut NoDraws), 0.0);
+    /// let source = LastStep(&room).source(&ceiling, &mut NoDraws);
+    /// assert!((source - 0.5 / 5f64.sqrt()).abs() < 1e-15);
+    /// # Ok::<(), fredholm_room::RoomError>(())
+    /// ```
+    pub fn with_lights(mut self, lights: &'a [u32]) -> Result<Self, RoomError> {
+        let walls = self.geometry().walls().len();
+        let lead = lights.iter().all(|&light| (light as usize) < walls);
+        if !lead || !lights.is_sorted_by(|a, b| a < b) {
+            return Err(RoomError::Lights);
+        }
+        self.lights = lights;
+        Ok(self)
     }
 
+    /// The numbers of the walls whose emission is F_s.
+    #[must_use]
+    pub const fn lights(&self) -> &'a [u32] {
+        self.lights
+    }
+}
+
+impl<F: Real> Room<'_, F> {
     /// Calls `each` with the number of every light before a point, its wall, and the form factor to what the point sees of it.
     #[inline(always)]
-    pub(crate) fn seen_lights(&self, x: &Point<F>, mut each: impl FnMut(usize, &Wall<F>, F)) {
+    fn seen_lights(&self, x: &Point<F>, mut each: impl FnMut(usize, &Wall<F>, F)) {
         for &light in self.lights() {
             // There are such walls: `with_lights` has looked.
             let Some(wall) = self.geometry().wall(light) else {
@@ -57,30 +92,78 @@ impl<F: Real> Room<'_, F> {
             }
         }
     }
+}
 
-    /// (T_K F_s)(x): what a wall reflects of the lights.
+/// T_K F_s in a point.
+#[inline]
+fn reflected<F: Real, E: RoomEquation<F>>(equation: &E, x: &Point<F>) -> E::Value {
+    if equation.room().lights().is_empty() {
+        return E::Value::splat(equation.channels(), zero());
+    }
+    equation.kernel(x, x).times(&equation.direct(x))
+}
+
+/// F_s in a point.
+#[inline]
+fn emitted<F: Real, E: RoomEquation<F>>(equation: &E, x: &Point<F>) -> E::Value {
+    let lights = equation.room().lights();
+    match lights.binary_search(&(x.wall() as u32)) {
+        Ok(_) => equation.source(x, &mut NoDraws),
+        Err(_) => E::Value::splat(equation.channels(), zero()),
+    }
+}
+
+impl<F: Real> RoomEquation<F> for Room<'_, F> {
     #[inline]
-    #[must_use]
-    pub fn reflected_light(&self, x: &Point<F>) -> F {
-        if self.lights().is_empty() {
-            return zero();
-        }
-        self.reflectance(x) * self.direct(x)
+    fn room(&self) -> &Room<'_, F> {
+        self
     }
 
-    /// T_K F_s + F − F_s.
-    // Not inline: walks without lights have their emission in their loop, and nothing of this.
+    // Not inline: walks without lights have nothing of this in their loop.
     #[inline(never)]
-    pub(crate) fn source_of_lights(&self, x: &Point<F>) -> F {
-        let Some(wall) = self.geometry().walls().get(x.wall()) else {
-            return F::NAN;
-        };
-        let rest = if self.is_light(x.wall() as u32) {
-            zero()
-        } else {
-            wall.emission
-        };
-        rest + wall.reflectance * self.direct(x)
+    fn direct(&self, x: &Point<F>) -> F {
+        let mut sum = zero::<F>();
+        self.seen_lights(x, |_, wall, factor| sum += wall.emission * factor);
+        sum
+    }
+}
+
+impl<F: Real> Lights for Room<'_, F> {
+    #[inline]
+    fn light<U: Uniforms<F>>(&self, x: &Point<F>, _: &mut U) -> F {
+        reflected(self, x)
+    }
+
+    fn known(&self, x: &Point<F>) -> F {
+        emitted(self, x)
+    }
+}
+
+impl<F: Real, const M: usize> RoomEquation<F> for ColouredRoom<'_, '_, F, M> {
+    #[inline]
+    fn room(&self) -> &Room<'_, F> {
+        ColouredRoom::room(self)
+    }
+
+    #[inline(never)]
+    fn direct(&self, x: &Point<F>) -> Channels<F, M> {
+        let mut sum = Channels::splat(self.channels(), zero());
+        ColouredRoom::room(self).seen_lights(x, |light, _, factor| {
+            let emission = self.value(self.colours().emissions(light));
+            sum = sum.plus(&emission.scaled(factor));
+        });
+        sum
+    }
+}
+
+impl<F: Real, const M: usize> Lights for ColouredRoom<'_, '_, F, M> {
+    #[inline]
+    fn light<U: Uniforms<F>>(&self, x: &Point<F>, _: &mut U) -> Channels<F, M> {
+        reflected(self, x)
+    }
+
+    fn known(&self, x: &Point<F>) -> Channels<F, M> {
+        emitted(self, x)
     }
 }
 
@@ -124,9 +207,16 @@ impl Scene {
 /// ```
 #[cfg(feature = "alloc")]
 #[derive(Clone, Debug)]
-pub struct DirectLight {
-    /// The length of every wall, and the integrals of F_s, of the direct irradiance and of T_K F_s over it.
-    walls: Vec<[f64; 4]>,
+pub struct DirectLight(Vec<WallLight>);
+
+/// Integrals over a wall.
+#[cfg(feature = "alloc")]
+#[derive(Clone, Copy, Debug, Default)]
+struct WallLight {
+    length: f64,
+    emission: f64,
+    irradiance: f64,
+    reflected: f64,
 }
 
 #[cfg(feature = "alloc")]
@@ -136,11 +226,7 @@ impl DirectLight {
     /// # Errors
     /// [`RoomError::Memory`].
     pub fn new(scene: &Scene, lights: &[u32]) -> Result<Self, RoomError> {
-        let walls = scene.geometry();
-        let mut all = Self::of(scene, lights, 1, &|wall, _| {
-            let own = walls.walls().get(wall);
-            own.map_or([f64::NAN; 2], |own| [own.reflectance, own.emission])
-        })?;
+        let mut all = Self::of(scene, lights, 1, &|wall, _| scene.material(wall))?;
         all.pop().ok_or(RoomError::Memory { bytes: None })
     }
 
@@ -154,42 +240,40 @@ impl DirectLight {
         colours: &WallColours<'_, f64>,
     ) -> Result<Vec<Self>, RoomError> {
         Self::of(scene, lights, colours.channels(), &|wall, channel| {
-            let [reflectances, emissions] = [colours.reflectances(wall), colours.emissions(wall)];
-            [reflectances, emissions].map(|own| own.get(channel).copied().unwrap_or(f64::NAN))
+            colours.material(wall, channel)
         })
     }
 
-    /// The light in so many channels, of reflectances and emissions of walls in each.
+    /// The light in so many channels, of the materials of walls in each.
     fn of(
         scene: &Scene,
         lights: &[u32],
         channels: usize,
-        material: &dyn Fn(usize, usize) -> [f64; 2],
+        material: &dyn Fn(usize, usize) -> Material,
     ) -> Result<Vec<Self>, RoomError> {
-        let geometry = scene.geometry();
         let mut all = reserve(channels)?;
         for channel in 0..channels {
-            let mut walls: Vec<[f64; 4]> = buffer(geometry.walls().len())?;
-            for ([length, ..], wall) in walls.iter_mut().zip(geometry.walls()) {
-                *length = wall.length;
+            let mut walls: Vec<WallLight> = buffer(scene.walls.len())?;
+            for (own, wall) in walls.iter_mut().zip(&scene.walls) {
+                own.length = wall.length;
             }
             for &light in lights {
-                if let Some([length, emitted, ..]) = walls.get_mut(light as usize) {
-                    *emitted = *length * material(light as usize, channel)[1];
+                if let Some(own) = walls.get_mut(light as usize) {
+                    own.emission = own.length * material(light as usize, channel).emission;
                 }
             }
-            all.push(Self { walls });
+            all.push(Self(walls));
         }
         exchanges(scene, lights, &mut |light, wall, exchange| {
             for (channel, own) in all.iter_mut().enumerate() {
-                if let Some([.., irradiance, _]) = own.walls.get_mut(wall as usize) {
-                    *irradiance += material(light as usize, channel)[1] * exchange;
+                if let Some(own) = own.0.get_mut(wall as usize) {
+                    own.irradiance += material(light as usize, channel).emission * exchange;
                 }
             }
         });
         for (channel, own) in all.iter_mut().enumerate() {
-            for (wall, [.., irradiance, reflected]) in own.walls.iter_mut().enumerate() {
-                *reflected = material(wall, channel)[0] * *irradiance;
+            for (wall, own) in own.0.iter_mut().enumerate() {
+                own.reflected = material(wall, channel).reflectance * own.irradiance;
             }
         }
         Ok(all)
@@ -198,28 +282,28 @@ impl DirectLight {
     /// The mean of F_s over some walls, weighted by length.
     #[must_use]
     pub fn emission(&self, walls: impl IntoIterator<Item = usize>) -> f64 {
-        self.mean(walls, |&[_, emission, ..]| emission)
+        self.mean(walls, |own| own.emission)
     }
 
     /// The mean of the irradiance that lights make directly, over some walls.
     #[must_use]
     pub fn irradiance(&self, walls: impl IntoIterator<Item = usize>) -> f64 {
-        self.mean(walls, |&[.., irradiance, _]| irradiance)
+        self.mean(walls, |own| own.irradiance)
     }
 
     /// The mean of T_K F_s over some walls.
     #[must_use]
     pub fn reflected(&self, walls: impl IntoIterator<Item = usize>) -> f64 {
-        self.mean(walls, |&[.., reflected]| reflected)
+        self.mean(walls, |own| own.reflected)
     }
 
-    fn mean(&self, walls: impl IntoIterator<Item = usize>, of: impl Fn(&[f64; 4]) -> f64) -> f64 {
-        let (mut sum, mut all) = (0.0, 0.0);
-        for own in walls.into_iter().filter_map(|wall| self.walls.get(wall)) {
+    fn mean(&self, walls: impl IntoIterator<Item = usize>, of: fn(&WallLight) -> f64) -> f64 {
+        let (mut sum, mut length) = (0.0, 0.0);
+        for own in walls.into_iter().filter_map(|wall| self.0.get(wall)) {
             sum += of(own);
-            all += own[0];
+            length += own.length;
         }
-        sum / all
+        sum / length
     }
 }
 
@@ -227,54 +311,25 @@ impl DirectLight {
 #[cfg(feature = "alloc")]
 const PARTS: u32 = 4;
 
+/// Takes what is known of lights from the coefficients of v on a cell, B of every channel: from v near u to the polynomials near
+/// u − F_s − T_K F_s that a [`RayNeighbour`](crate::RayNeighbour) has in a room with lights.
 #[cfg(feature = "alloc")]
-impl<const B: usize> PolynomialRoom<'_, '_, f64, B> {
-    /// The coefficients of T_K F_s on a cell, by Gauss points.
-    #[must_use]
-    pub fn project_light(&self, cell: usize) -> [f64; B] {
-        let mut sum = [0.0; B];
-        self.light_points(cell, &mut |x, weight, psi| {
-            let light = x.map_or(f64::NAN, |x| self.room().reflected_light(&x));
-            for (sum, psi) in sum.iter_mut().zip(psi) {
-                *sum += weight * light * psi;
-            }
-        });
-        sum
-    }
-
-    /// Takes the coefficients of T_Kc F_s,c on a cell from those of every channel, B numbers for each.
-    pub fn subtract_light(
-        &self,
-        coloured: &ColouredRoom<'_, '_, f64>,
-        cell: usize,
-        from: &mut [f64],
-    ) {
-        let mut light = [f64::NAN; MOST_CHANNELS];
-        let channels = coloured.colours().channels();
-        let light = light.get_mut(..channels).unwrap_or_default();
-        self.light_points(cell, &mut |x, weight, psi| {
-            if let Some(x) = x {
-                coloured.reflected_light(&x, light);
-            }
-            for (from, light) in from.chunks_exact_mut(B).zip(&*light) {
-                for (from, psi) in from.iter_mut().zip(psi) {
-                    *from -= weight * light * psi;
+pub fn subtract_lights<E: RoomEquation<f64>, const B: usize>(
+    equation: &E,
+    cell: usize,
+    v: &mut [f64],
+) {
+    for part in 0..PARTS {
+        for (place, weight) in crate::rays::GAUSS {
+            let t = (f64::from(part) + place) / f64::from(PARTS);
+            let psi: [f64; B] = legendre(t + t - 1.0);
+            let x = equation.room().point(cell, &[t]);
+            let known = equation.known(&x).plus(&reflected(equation, &x));
+            for (channel, own) in v.chunks_exact_mut(B).enumerate() {
+                let known = known.get(channel) * weight / f64::from(PARTS);
+                for (own, psi) in own.iter_mut().zip(psi) {
+                    *own -= known * psi;
                 }
-            }
-        });
-    }
-
-    /// Calls `each` with Gauss points of a cell, their weights, and the functions there.
-    pub(crate) fn light_points(
-        &self,
-        cell: usize,
-        each: &mut dyn FnMut(Option<Point<f64>>, f64, [f64; B]),
-    ) {
-        for part in 0..PARTS {
-            for (place, weight) in crate::rays::GAUSS {
-                let t = (f64::from(part) + place) / f64::from(PARTS);
-                let psi = legendre(t + t - 1.0);
-                each(self.room().inside(cell, t), weight / f64::from(PARTS), psi);
             }
         }
     }
@@ -285,7 +340,7 @@ mod tests {
     use alloc::vec::Vec;
 
     use crate::{
-        Enclosure, Grading, Material, Mesh, Room, Scene, Surface, Tables, VisibilityTable,
+        Enclosure, Grading, Material, Mesh, RoomEquation, Scene, Surface, Tables, VisibilityTable,
     };
 
     /// Where all walls are lights of emission 1, a point is given 1 directly, wherever it is and whatever hides what.
@@ -315,13 +370,14 @@ mod tests {
         let scene = Scene::new::<f64>(&surfaces, Enclosure::Closed).unwrap();
         let mesh = Mesh::new::<f64>(&scene, 40, Grading::default()).unwrap();
         let tables = Tables::<f64>::new(&scene, &mesh);
-        let (geometry, cells) = (tables.geometry(), tables.cells());
-        let room = Room::new(geometry, cells, VisibilityTable::none(), 0.5).unwrap();
-        let all: Vec<u32> = (0..geometry.walls().len() as u32).collect();
-        let room = room.with_lights(&all).unwrap();
+        let all: Vec<u32> = (0..scene.walls.len() as u32).collect();
+        let room = tables
+            .room(VisibilityTable::none())
+            .with_lights(&all)
+            .unwrap();
         for wall in 0..all.len() {
             for place in 1..200 {
-                let x = room.point(wall, f64::from(place) / 200.0).unwrap();
+                let x = room.on_wall(wall, f64::from(place) / 200.0).unwrap();
                 let direct = room.direct(&x);
                 assert!((direct - 1.0).abs() < 1e-12, "{x:?} {direct}");
             }

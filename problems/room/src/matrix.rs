@@ -1,17 +1,16 @@
 //! Views and Galerkin coefficients of all pairs of cells.
 
-use alloc::borrow::Cow;
 use alloc::vec::Vec;
 use fredholm_core::array::Each;
 
 use fredholm_core::Real;
 use fredholm_core::galerkin::{Dense, buffer};
 
-use crate::cells::Cells;
 use crate::exchange::{Block, Sights, transposed};
 use crate::geometry::{Geometry, Node, Segment, Wall};
 use crate::moments::MOST;
 use crate::pairs::{Visibility, VisibilityTable};
+use crate::partition::Partition;
 use crate::vector::{Vector, cross, sub};
 use crate::visible::{Part, twins};
 use crate::{Mesh, RoomError, Scene};
@@ -41,12 +40,10 @@ pub const fn min_mass_ratio(degree: usize) -> f64 {
 /// For B > 1 the moments in the larger of two cells, which are exact, are integrated over the
 /// smaller one by Gauss points: to rounding where the cells are apart, in halves of halves down to
 /// 1/64 of a cell where they are near, by 16 points each where a shadow is between them.
-///
-/// The tables are owned, or borrowed where they lie: [`from_tables`](Self::from_tables).
 #[derive(Clone, Debug)]
-pub struct Matrix<'a> {
-    views: Cow<'a, [u8]>,
-    entries: Cow<'a, [f64]>,
+pub struct Matrix {
+    views: Vec<u8>,
+    entries: Vec<f64>,
     cells: usize,
     functions: usize,
 }
@@ -60,7 +57,7 @@ struct Side<'a> {
     cells: &'a [Part<f64>],
 }
 
-impl Matrix<'_> {
+impl Matrix {
     /// Visibility and coefficients of all pairs of the mesh, for piecewise constants. A pair is
     /// [`Visibility::FullBounded`] where r_ij ≥ `min_mass_ratio`.
     ///
@@ -82,43 +79,6 @@ impl Matrix<'_> {
         min_mass_ratio: f64,
         functions: usize,
     ) -> Result<Self, RoomError> {
-        let mut matrix = Self::of_pairs(scene, mesh, min_mass_ratio, functions, &|_, _| true)?;
-        matrix.contract(scene, mesh);
-        Ok(matrix)
-    }
-
-    /// The part of [`with_functions`](Self::with_functions) for some pairs of cells alone, in their part of the time:
-    /// n² views, and K' with zeros at the others, of which nothing is seen. `of` is asked once for two cells, with that
-    /// of the first wall first. Pairs that see each other partly may have larger coefficients than there, where rows
-    /// sum to at most ρ.
-    ///
-    /// # Errors
-    /// As there.
-    ///
-    /// ```
-    /// use fredholm_room::{Enclosure, Grading, Material, Matrix, Mesh, Scene, Surface};
-    ///
-    /// let surface = Surface {
-    ///     points: &[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]],
-    ///     materials: &[Material { reflectance: 0.5, emission: 1.0 }],
-    /// };
-    /// let scene = Scene::new::<f64>(&[surface], Enclosure::Closed)?;
-    /// let mesh = Mesh::new::<f64>(&scene, 4, Grading::default())?;
-    /// // Wall 0 and the wall that faces it: F = √2 − 1.
-    /// let matrix = Matrix::of_pairs(&scene, &mesh, 0.25, 1, &|i, j| (i, j) == (0, 2))?;
-    /// let facing = 0.5 * (2f64.sqrt() - 1.0);
-    /// assert!((matrix.entries()[2] - facing).abs() < 1e-12);
-    /// assert_eq!(matrix.entries()[2], matrix.entries()[2 * 4]);
-    /// assert_eq!(matrix.entries().iter().filter(|&&entry| entry != 0.0).count(), 2);
-    /// # Ok::<(), fredholm_room::RoomError>(())
-    /// ```
-    pub fn of_pairs(
-        scene: &Scene,
-        mesh: &Mesh,
-        min_mass_ratio: f64,
-        functions: usize,
-        of: &dyn Fn(usize, usize) -> bool,
-    ) -> Result<Self, RoomError> {
         if !(0.0..=1.0).contains(&min_mass_ratio) {
             return Err(RoomError::Ratio);
         }
@@ -130,8 +90,8 @@ impl Matrix<'_> {
         let unknowns = cells.checked_mul(functions);
         let unknowns = unknowns.ok_or(RoomError::Memory { bytes: None })?;
         let mut matrix = Self {
-            views: Cow::Owned(buffer(square(cells)?)?),
-            entries: Cow::Owned(buffer(square(unknowns)?)?),
+            views: buffer(square(cells)?)?,
+            entries: buffer(square(unknowns)?)?,
             cells,
             functions,
         };
@@ -149,64 +109,21 @@ impl Matrix<'_> {
                     continue;
                 }
                 obstacles(&geometry, facing, [&a, &b], &mut blockers);
-                matrix.fill(&sights, facing, [&a, &b], &blockers, of);
+                matrix.fill(&sights, facing, [&a, &b], &blockers);
             }
         }
+        matrix.contract(scene, mesh);
         Ok(matrix)
     }
 }
 
-impl<'a> Matrix<'a> {
-    /// The matrix of tables that were made before: [`views`](Self::views) and [`entries`](Self::entries) of one with as
-    /// many cells and functions.
-    ///
-    /// # Errors
-    /// [`RoomError::Length`], [`RoomError::Functions`]; [`RoomError::Tables`]: a byte is no view.
-    ///
-    /// ```
-    /// use fredholm_room::Matrix;
-    ///
-    /// // Two cells that see each other wholly.
-    /// let (views, entries) = ([0, 3, 3, 0], [0.0, 0.5, 0.25, 0.0]);
-    /// let matrix = Matrix::from_tables(&views[..], &entries[..], 2, 1)?;
-    /// assert_eq!((matrix.cells(), matrix.entries()[1]), (2, 0.5));
-    /// # Ok::<(), fredholm_room::RoomError>(())
-    /// ```
-    pub fn from_tables(
-        views: impl Into<Cow<'a, [u8]>>,
-        entries: impl Into<Cow<'a, [f64]>>,
-        cells: usize,
-        functions: usize,
-    ) -> Result<Self, RoomError> {
-        let (views, entries) = (views.into(), entries.into());
-        if !(1..=MOST).contains(&functions) {
-            return Err(RoomError::Functions { functions });
-        }
-        let length = |expected: usize, found: usize| match expected == found {
-            true => Ok(()),
-            false => Err(RoomError::Length { expected, found }),
-        };
-        length(cells.saturating_mul(cells), views.len())?;
-        let unknowns = cells.saturating_mul(functions);
-        length(unknowns.saturating_mul(unknowns), entries.len())?;
-        VisibilityTable::new(&views, cells)?;
-        Ok(Self {
-            views,
-            entries,
-            cells,
-            functions,
-        })
-    }
-}
-
-impl Matrix<'_> {
+impl Matrix {
     /// A row sums to at most ρ. Where the rule for shadows says more, the partly seen pairs get
     /// less: otherwise a ρ near 1 would be no contraction.
     fn contract(&mut self, scene: &Scene, mesh: &Mesh) {
         let (n, functions) = (self.cells.max(1), self.functions);
         let rows = self
             .entries
-            .to_mut()
             .chunks_exact_mut(n * functions * functions)
             .zip(self.views.chunks_exact(n));
         for ((entries, views), &wall) in rows.zip(&mesh.walls) {
@@ -233,21 +150,16 @@ impl Matrix<'_> {
         }
     }
 
-    /// Fills in the pairs of cells of two walls for which `of` holds.
+    /// Fills in the pairs of cells of two walls.
     fn fill(
         &mut self,
         sights: &Sights<'_>,
         facing: Facing,
         [a, b]: [&Side<'_>; 2],
         blockers: &[Segment<f64>],
-        of: &dyn Fn(usize, usize) -> bool,
     ) {
         for (i, own) in a.cells.iter().enumerate() {
             for (j, other) in b.cells.iter().enumerate() {
-                let cells = (a.first + i, b.first + j);
-                if !of(cells.0, cells.1) {
-                    continue;
-                }
                 let (views, exchange) = match sight(facing, [a.wall, b.wall], own, other, blockers)
                 {
                     Sight::None => continue,
@@ -269,7 +181,7 @@ impl Matrix<'_> {
                         ([even(own, other), even(other, own)], exchange)
                     }
                 };
-                let (i, j) = cells;
+                let (i, j) = (a.first + i, b.first + j);
                 let back = transposed(&exchange);
                 self.put(i, j, views[0], [a.wall.reflectance, own.length], &exchange);
                 self.put(j, i, views[1], [b.wall.reflectance, other.length], &back);
@@ -287,12 +199,12 @@ impl Matrix<'_> {
         exchange: &Block,
     ) {
         let (n, functions) = (self.cells, self.functions);
-        if let Some(place) = self.views.to_mut().get_mut(i * n + j) {
+        if let Some(place) = self.views.get_mut(i * n + j) {
             *place = view as u8;
         }
         for (a, row) in exchange.iter().take(functions).enumerate() {
             let from = (i * functions + a) * n * functions + j * functions;
-            let entries = self.entries.to_mut().get_mut(from..from + functions);
+            let entries = self.entries.get_mut(from..from + functions);
             for (entry, &exchange) in entries.unwrap_or_default().iter_mut().zip(row) {
                 *entry = reflectance * (exchange / length);
             }
@@ -336,7 +248,7 @@ impl Matrix<'_> {
 fn side<'a>(
     wall: usize,
     geometry: &Geometry<'a, f64>,
-    table: &Cells<'_, f64>,
+    table: &Partition<'_, f64>,
     parts: &'a [Part<f64>],
 ) -> Option<Side<'a>> {
     let range = table.range(wall as u32);

@@ -6,7 +6,7 @@ use fredholm_core::array::Each;
 use fredholm_core::Real;
 
 use crate::RoomError;
-use crate::cells::{Cells, Edge};
+use crate::partition::{Edge, Partition, PartitionTables};
 use crate::scene::{Scene, turn};
 use crate::vector::{Vector, along, sub};
 use crate::visible::twins;
@@ -27,8 +27,7 @@ impl Grading {
     /// The grading that serves cells of a degree p where h = k on all pairs, from rays or pointwise: g = 3/2 + 3p/8, and cuts at
     /// shadows for degrees above 0. There is no pair whose h is wrong next to a corner; what asks for small cells there is that u
     /// is less smooth, and the more so the higher the degree is. Rooms whose shadows leave more than their corners do would do
-    /// with less from degree 1 on, empty ones would not: there 2 in place of 3 leaves 20 times more at degree 4
-    /// (docs/measured-rooms.md).
+    /// with less from degree 1 on, empty ones would not: there 2 in place of 3 leaves 20 times more at degree 4.
     #[must_use]
     pub const fn of_degree(degree: usize) -> Self {
         Self {
@@ -157,8 +156,12 @@ impl Mesh {
 
     /// The cells in f64.
     #[must_use]
-    pub fn cells(&self) -> Cells<'_, f64> {
-        Cells::made(&self.edges, &self.walls, &self.first)
+    pub fn cells(&self) -> Partition<'_, f64> {
+        Partition::made(PartitionTables {
+            edges: &self.edges,
+            walls: &self.walls,
+            first: &self.first,
+        })
     }
 }
 

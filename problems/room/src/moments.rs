@@ -1,15 +1,30 @@
 //! Moments of the cosine law over what a point sees of a part of a wall.
+//!
+//! With d the length of the perpendicular from x to the line of cell j and s the place along it, counted from the foot,
+//!
+//! ```text
+//! M_j(x)_bc = ½ ∫ ψ_b ψ_c h(s) d (s² + d²)^(−3/2) ds
+//! ```
+//!
+//! over what x sees of the cell, its visible intervals, exactly; h(s) is the height of y above the wall of x. The density has
+//! one sign, so that nothing cancels, as it would in the closed form with its powers of tan for small, distant or near cells.
+//! It is integrated by Gauss points whose number follows from the ellipse (Bernstein 1912) around the cell in which it is
+//! analytic, up to s = ±id: 4 to 16 leave an error below rounding. A cell that is too near, by about 1.2 of its lengths, is
+//! cut at ±d, and what is farther from the foot in halves of halves, first. Of 80,000 random cells of all sizes, near, far
+//! and in corners, the largest error is 9 ε of the mass (times ψ_b(1) ψ_c(1)) up to degree 3 and 16 ε at degree 4 in f64,
+//! 6 ε in f32. Where x is a corner itself, all of the mass is at the cell's end there.
 
-use fredholm_core::Real;
 use fredholm_core::array::Each;
-use fredholm_core::galerkin::legendre;
+use fredholm_core::galerkin::{Cells, PairIntegral, TransitionMoments, legendre};
+use fredholm_core::{Equation, Located, Real, Value};
 use num_traits::{one, zero};
 
 use crate::geometry::{Geometry, Wall, factor};
 use crate::pairs::Visibility;
-use crate::panels::{POINTS, Panels, RULES, gauss};
+use crate::panels::{Panels, gauss};
 use crate::vector::{Vector, cross, dot, sub};
 use crate::visible::{Part, Viewer};
+use crate::{Point, Room};
 
 /// A part as a point sees it: by the places s on its wall, counted from the foot of the point's
 /// perpendicular in the direction of the wall.
@@ -40,12 +55,6 @@ impl<F: Real> Sight<F> {
             distance: wall.height(position),
             heights: ends.each(|end| dot(normal, end)),
         }
-    }
-
-    /// Where the part begins and ends.
-    #[inline]
-    pub(crate) fn ends(&self) -> [F; 2] {
-        self.ends
     }
 
     /// d.
@@ -85,98 +94,51 @@ impl<F: Real> Sight<F> {
     }
 }
 
-/// A point of a rule on a whole cell.
-#[derive(Clone, Copy, Debug)]
-struct Point<F, const B: usize> {
-    /// The fraction of the cell.
-    t: F,
-    /// Weights sum to 1.
-    weight: F,
-    /// ψ_0 … ψ_(B−1).
-    basis: [F; B],
-}
-
 /// The largest B: on the parts of near cells the largest rule has all digits up to there.
 pub(crate) const MOST: usize = 5;
 
-/// Rules for B functions on a cell, with the functions at their points.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Rules<F, const B: usize> {
-    panels: Panels<F>,
-    whole: [([Point<F, B>; POINTS], usize); RULES],
+/// Calls `each` with shares of the form factor to a whole part and the functions there.
+#[inline]
+fn of_whole<F: Real, const B: usize>(
+    panels: &Panels<F>,
+    sight: &Sight<F>,
+    each: &mut impl FnMut(F, &[F; B]),
+) {
+    let half = F::from_f64(0.5);
+    let width = half * sight.length;
+    let [from, to] = sight.ends;
+    let middle = half * (from + to);
+    let distance = middle * middle + sight.distance * sight.distance;
+    match panels.rule(distance, width * width) {
+        Some(rule) => {
+            for (place, weight) in gauss::<F>(rule) {
+                let t = half + half * place;
+                let share = sight.law(
+                    from + t * sight.length,
+                    [t, one::<F>() - t],
+                    half * weight * sight.length,
+                );
+                each(share, &legendre(place));
+            }
+        }
+        None => of_interval(panels, sight, sight.ends, each),
+    }
 }
 
-impl<F: Real, const B: usize> Rules<F, B> {
-    pub(crate) fn new() -> Self {
-        Self::for_functions(B)
-    }
-
-    /// The rules with all B functions at the points of the rules for the first `functions` of them.
-    pub(crate) fn for_functions(functions: usize) -> Self {
-        const {
-            assert!(
-                0 < B && B <= MOST,
-                "a cell of a room has from 1 to 5 functions"
-            );
-        }
-        let none = Point {
-            t: zero(),
-            weight: zero(),
-            basis: [zero(); B],
-        };
-        let mut whole = [([none; POINTS], 0); RULES];
-        for (rule, (points, count)) in whole.iter_mut().enumerate() {
-            for (point, (place, weight)) in points.iter_mut().zip(gauss::<f64>(rule)) {
-                *point = Point {
-                    t: F::from_f64(0.5 + 0.5 * place),
-                    weight: F::from_f64(0.5 * weight),
-                    basis: legendre::<f64, B>(place).each(F::from_f64),
-                };
-                *count += 1;
-            }
-        }
-        Self {
-            panels: Panels::new(functions),
-            whole,
-        }
-    }
-
-    #[cfg(feature = "alloc")]
-    pub(crate) fn panels(&self) -> &Panels<F> {
-        &self.panels
-    }
-
-    /// Calls `each` with shares of the form factor to a whole part and the functions there.
-    #[inline]
-    fn whole(&self, sight: &Sight<F>, each: &mut impl FnMut(F, &[F; B])) {
-        let half = F::from_f64(0.5) * sight.length;
-        let [from, to] = sight.ends;
-        let middle = F::from_f64(0.5) * (from + to);
-        let distance = middle * middle + sight.distance * sight.distance;
-        let rule = self.panels.rule(distance, half * half);
-        match rule.and_then(|rule| self.whole.get(rule)) {
-            Some((points, count)) => {
-                for point in points.iter().take(*count) {
-                    let fractions = [point.t, one::<F>() - point.t];
-                    let s = from + point.t * sight.length;
-                    let share = sight.law(s, fractions, point.weight * sight.length);
-                    each(share, &point.basis);
-                }
-            }
-            None => self.between(sight, sight.ends(), each),
-        }
-    }
-
-    /// Moments over an interval of the part.
-    fn between(&self, sight: &Sight<F>, ends: [F; 2], each: &mut impl FnMut(F, &[F; B])) {
-        self.panels.points(ends, sight.distance, |s, ds| {
-            let [before, behind] = sight.fractions(s);
-            each(
-                sight.law(s, [before, behind], ds),
-                &legendre(before - behind),
-            );
-        });
-    }
+/// The integrals over an interval of the part.
+fn of_interval<F: Real, const B: usize>(
+    panels: &Panels<F>,
+    sight: &Sight<F>,
+    ends: [F; 2],
+    each: &mut impl FnMut(F, &[F; B]),
+) {
+    panels.points(ends, sight.distance, |s, ds| {
+        let [before, behind] = sight.fractions(s);
+        each(
+            sight.law(s, [before, behind], ds),
+            &legendre(before - behind),
+        );
+    });
 }
 
 impl<F: Real> Geometry<'_, F> {
@@ -187,7 +149,7 @@ impl<F: Real> Geometry<'_, F> {
     #[inline]
     pub(crate) fn measure<const B: usize>(
         &self,
-        rules: &Rules<F, B>,
+        panels: &Panels<F>,
         from: &Viewer<F>,
         part: &Part<F>,
         view: Visibility,
@@ -196,7 +158,7 @@ impl<F: Real> Geometry<'_, F> {
         match view {
             Visibility::None => {}
             Visibility::Full | Visibility::FullBounded => {
-                self.measure_whole(rules, from, part, &mut each);
+                self.measure_whole(panels, from, part, &mut each);
             }
             Visibility::Partial if B == 1 => each(self.visible(from, part), &[one(); B]),
             Visibility::Partial => {
@@ -206,13 +168,13 @@ impl<F: Real> Geometry<'_, F> {
                 let sight = Sight::new(own.normal(), from.position, part, other);
                 let mut piece = |whole: bool, right, left| {
                     if whole {
-                        return self.measure_whole(rules, from, part, &mut each);
+                        return self.measure_whole(panels, from, part, &mut each);
                     }
                     // As in `visible`: a gap between shadows that rounding left is none.
                     let gap = F::from_f64(4.0) * F::EPSILON;
                     if factor(own.normal(), right, left, cross(right, left)) > gap {
                         let ends = [right, left].each(|d| sight.meets(d, other));
-                        rules.between(&sight, ends, &mut each);
+                        of_interval(panels, &sight, ends, &mut each);
                     }
                 };
                 // Called by its address, so that the sweep is compiled once for all degrees.
@@ -226,7 +188,7 @@ impl<F: Real> Geometry<'_, F> {
     #[inline]
     fn measure_whole<const B: usize>(
         &self,
-        rules: &Rules<F, B>,
+        panels: &Panels<F>,
         from: &Viewer<F>,
         part: &Part<F>,
         each: &mut impl FnMut(F, &[F; B]),
@@ -240,7 +202,7 @@ impl<F: Real> Geometry<'_, F> {
         let sight = Sight::new(own.normal(), from.position, part, other);
         let on_it = part.ends.contains(&from.position);
         if sight.distance > zero() && !on_it {
-            return rules.whole(&sight, each);
+            return of_whole(panels, &sight, each);
         }
         // In a corner: all that is seen of the part is seen where it begins.
         let place = if part.ends[0] == own.ends[1] {
@@ -252,6 +214,114 @@ impl<F: Real> Geometry<'_, F> {
     }
 }
 
+impl<F: Real> Room<'_, F> {
+    /// The form factor from `x` to cell `j`: the light that leaves x and arrives there.
+    #[inline]
+    #[must_use]
+    pub fn form_factor(&self, x: &Point<F>, j: usize) -> F {
+        let [factor] = self.form_factors(x, j);
+        factor
+    }
+
+    /// ∫ ψ_b cos θ_x cos θ_y/(2r) dy over what `x` sees of cell `j`, for all b; the first is the
+    /// [form factor](Self::form_factor).
+    #[inline]
+    #[must_use]
+    pub fn form_factors<const B: usize>(&self, x: &Point<F>, j: usize) -> [F; B] {
+        let mut sums = [zero(); B];
+        self.measure(x, j, |share, psi: &[F; B]| {
+            for (sum, &psi) in sums.iter_mut().zip(psi) {
+                *sum += share * psi;
+            }
+        });
+        sums
+    }
+
+    /// The form factor from `x` to a whole wall, by what x sees of it; NaN if there is no such wall.
+    #[must_use]
+    pub fn form_factor_of_wall(&self, x: &Point<F>, wall: usize) -> F {
+        let Some(found) = self.geometry().walls().get(wall) else {
+            return F::NAN;
+        };
+        let part = Part {
+            wall: wall as u32,
+            ends: found.ends,
+            length: found.length,
+        };
+        self.geometry().visible(&x.viewer(), &part)
+    }
+
+    /// The irradiance that v makes at a point: v times form factors, over all cells. v has B numbers of every channel, cell by cell;
+    /// `f64` is the `W` of one channel.
+    #[must_use]
+    pub fn irradiance_of<W: Value<f64>, const B: usize>(&self, x: &Point<F>, v: &[F]) -> W {
+        let channels = v.len() / (self.cells() * B).max(1);
+        let mut sum = W::splat(channels, 0.0);
+        for (j, own) in v.chunks_exact((channels * B).max(1)).enumerate() {
+            let factors = self.form_factors::<B>(x, j).each(|factor| factor.to_f64());
+            if factors == [0.0; B] {
+                continue;
+            }
+            let of_cell = W::from_fn(channels, |channel| {
+                let own = own.iter().skip(channel * B);
+                own.zip(factors)
+                    .map(|(v, factor)| v.to_f64() * factor)
+                    .sum()
+            });
+            sum = sum.plus(&of_cell);
+        }
+        sum
+    }
+
+    /// Calls `each` with what [`Geometry::measure`] says of cell `j`.
+    #[inline]
+    fn measure<const B: usize>(&self, x: &Point<F>, j: usize, mut each: impl FnMut(F, &[F; B])) {
+        const {
+            assert!(
+                0 < B && B <= MOST,
+                "a cell of a room has from 1 to 5 functions"
+            );
+        }
+        match self.partition().part(j) {
+            Some(part) => {
+                let view = self.views().visibility(self.locate(x), j);
+                let panels = self.panels(B);
+                self.geometry()
+                    .measure(panels, &x.viewer(), &part, view, each);
+            }
+            None => each(F::NAN, &[F::NAN; B]),
+        }
+    }
+}
+
+/// Adds `share` ψ_b ψ_c.
+#[inline]
+fn add<F: Real, const B: usize>(sums: &mut [[F; B]; B], share: F, psi: &[F; B]) {
+    for (row, &left) in sums.iter_mut().zip(psi) {
+        let left = share * left;
+        for (sum, &right) in row.iter_mut().zip(psi) {
+            *sum += left * right;
+        }
+    }
+}
+
+impl<F: Real, const B: usize> TransitionMoments<B> for Room<'_, F> {
+    #[inline]
+    fn moments(&self, x: &Located<Point<F>>, j: usize) -> [[F; B]; B] {
+        let mut sums = [[zero(); B]; B];
+        self.measure(&x.point, j, |share, psi| add(&mut sums, share, psi));
+        sums
+    }
+}
+
+impl<F: Real, const B: usize> PairIntegral<B> for Room<'_, F> {
+    #[inline]
+    fn pair_integral(&self, x: &Located<Point<F>>, j: usize) -> [F; B] {
+        let reflectance = self.kernel(&x.point, &x.point);
+        self.form_factors(&x.point, j).each(|f| reflectance * f)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     extern crate std;
@@ -259,9 +329,8 @@ mod tests {
     use fredholm_core::Real;
     use fredholm_core::galerkin::legendre;
 
-    use super::{Rules, Sight};
-    use crate::panels::{RULES, gauss};
-    use crate::polynomials::add;
+    use super::{Sight, add, of_whole};
+    use crate::panels::{Panels, RULES, gauss};
 
     /// Numbers in [0, 1).
     struct Draws(u64);
@@ -368,7 +437,7 @@ mod tests {
 
     /// The largest error in units of ε of the mass, over so many sights.
     fn worst<F: Real, const B: usize>(tiny: f64, count: usize) -> f64 {
-        let rules = Rules::<F, B>::new();
+        let panels = Panels::<F>::new(B);
         let root: [f64; B] = legendre(1.0);
         let mut draws = Draws(1);
         let mut worst: f64 = 0.0;
@@ -376,7 +445,7 @@ mod tests {
             let sight = draws.sight::<F>(tiny);
             let expected: [[f64; B]; B] = reference(&sight);
             let mut found = [[F::zero(); B]; B];
-            rules.whole(&sight, &mut |share, psi: &[F; B]| {
+            of_whole(&panels, &sight, &mut |share, psi: &[F; B]| {
                 add(&mut found, share, psi);
             });
             for (b, (found, expected_row)) in found.iter().zip(&expected).enumerate() {

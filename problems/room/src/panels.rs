@@ -16,8 +16,6 @@ use num_traits::{one, zero};
 
 /// The number of rules.
 pub(crate) const RULES: usize = 6;
-/// Points of the largest.
-pub(crate) const POINTS: usize = 16;
 
 /// The positive points of Gauss–Legendre rules of 4, 6, 8, 10, 12 and 16 points on [−1, 1], and
 /// their weights.

@@ -2,15 +2,12 @@
 
 use alloc::vec::Vec;
 
-use fredholm_core::galerkin::{GalerkinError, Partition, reserve};
-use fredholm_core::{Sampler, StateSpace};
-use fredholm_variance::{AllowedKinds, Quadrature, Step, gauss};
+use fredholm_core::galerkin::{Cells, GalerkinError, reserve};
+use fredholm_core::{Located, Space};
+use fredholm_variance::{Quadrature, Step, gauss};
 
 use crate::pairs::Visibility;
 use crate::{Point, Room};
-
-/// An exact integral over a cell that is wholly seen, in visited states.
-const WHOLLY_SEEN: f64 = 0.15;
 
 /// Sites that are cells, parts of them where there are few, or groups of neighbouring cells of a wall where there are
 /// many, of which the one in the middle stands for the others.
@@ -20,7 +17,6 @@ const WHOLLY_SEEN: f64 = 0.15;
 #[derive(Clone, Debug)]
 pub struct RoomQuadrature<'r, 'a> {
     room: &'r Room<'a, f64>,
-    degree: usize,
     /// Sites of a cell.
     parts: usize,
     /// The first cell of every site, the cell that stands for it, and the length of its cells over that of this one.
@@ -42,7 +38,7 @@ impl<'r, 'a> RoomQuadrature<'r, 'a> {
         degree: usize,
     ) -> Result<Self, GalerkinError> {
         let sites = nodes / (degree + 2);
-        let cells = room.table();
+        let cells = room.partition();
         let n = cells.len().max(1);
         let (parts, group) = ((sites / n).max(1), n.div_ceil(sites.max(1)));
         let mut groups: Vec<(usize, usize, f64)> = reserve(n)?;
@@ -60,7 +56,6 @@ impl<'r, 'a> RoomQuadrature<'r, 'a> {
         let rule = gauss(degree + 2)?;
         let mut quadrature = Self {
             room,
-            degree,
             parts,
             groups,
             rule,
@@ -83,42 +78,6 @@ impl<'r, 'a> RoomQuadrature<'r, 'a> {
         Ok(quadrature)
     }
 
-    /// The kinds that a pair of cells may have. In S are at most those that see each other evenly: in a corner h would
-    /// have no finite variance, and into a cell that is not seen from everywhere none that is exact. Left out is what
-    /// none of the nodes of a cell misses: of what only others see the quadrature knows nothing, and a rare large score
-    /// would come of it.
-    ///
-    /// The prices are those of a furnished room of 400 cells (`cargo bench -p fredholm-benches --bench pairs`): a cell that is
-    /// seen in part costs 0.9, 0.8, 0.7, 0.6 and 0.5 of a state by degree, for its silhouettes; one that is seen wholly a
-    /// closed form.
-    #[must_use]
-    pub fn allowed_kinds(&self, i: usize, j: usize) -> AllowedKinds {
-        let view = self.room.views().visibility(i, j);
-        AllowedKinds {
-            galerkin: view == Visibility::FullBounded,
-            pointwise: match view {
-                Visibility::None => None,
-                Visibility::Partial => Some(0.9 - 0.1 * self.degree as f64),
-                Visibility::Full | Visibility::FullBounded => Some(WHOLLY_SEEN),
-            },
-            left_out: match view {
-                Visibility::Partial => self
-                    .of_cell(i)
-                    .iter()
-                    .all(|(x, _)| self.room.form_factor(x, j) > 0.0),
-                Visibility::None | Visibility::Full | Visibility::FullBounded => true,
-            },
-        }
-    }
-
-    /// The nodes of a cell that is not one of many of a site.
-    fn of_cell(&self, cell: usize) -> &[(Point<f64>, f64)] {
-        let points = self.rule.len() * self.parts;
-        self.nodes
-            .get(cell * points..(cell + 1) * points)
-            .unwrap_or(&[])
-    }
-
     fn of_site(&self, site: usize) -> &[(Point<f64>, f64)] {
         let points = self.rule.len();
         self.nodes
@@ -127,7 +86,7 @@ impl<'r, 'a> RoomQuadrature<'r, 'a> {
     }
 }
 
-impl StateSpace for RoomQuadrature<'_, '_> {
+impl Space for RoomQuadrature<'_, '_> {
     type Scalar = f64;
     type Point = Point<f64>;
 }
@@ -146,9 +105,10 @@ impl Quadrature for RoomQuadrature<'_, '_> {
         if self.parts == 1 {
             return group;
         }
-        let start = self.room.inside(cell, 0.0).map_or(0.0, |p| p.along());
-        let place = (x.along() - start) / self.room.table().length(cell);
-        group * self.parts + ((place * self.parts as f64) as usize).min(self.parts - 1)
+        let mut place = [0.0];
+        self.room
+            .parameters(&Located { point: *x, cell }, &mut place);
+        group * self.parts + ((place[0] * self.parts as f64) as usize).min(self.parts - 1)
     }
 
     fn nodes(&self, site: usize, mut visit: impl FnMut(Point<f64>, f64)) {
@@ -161,12 +121,11 @@ impl Quadrature for RoomQuadrature<'_, '_> {
         let Some(&(_, cell, scale)) = self.groups.get(site / self.parts) else {
             return;
         };
-        let survival = 1.0 - self.room.absorption(x);
         let nodes = self.of_site(site);
         match self.room.views().visibility(self.room.locate(x), cell) {
             Visibility::None => {}
             Visibility::Partial => {
-                let mass = survival * scale * self.room.form_factor(x, cell) / self.parts as f64;
+                let mass = scale * self.room.form_factor(x, cell) / self.parts as f64;
                 let middle = nodes.get(nodes.len() / 2);
                 if let Some(&(point, _)) = middle.filter(|_| mass > 0.0) {
                     visit(Step {
@@ -183,9 +142,9 @@ impl Quadrature for RoomQuadrature<'_, '_> {
                 let sum: f64 = weights.clone().sum();
                 // Of a part of a cell the mass is that of the rule.
                 let share = if self.parts == 1 && sum > 0.0 {
-                    survival * scale * self.room.form_factor(x, cell) / sum
+                    scale * self.room.form_factor(x, cell) / sum
                 } else {
-                    survival
+                    1.0
                 };
                 for (node, (&(point, _), weight)) in nodes.iter().zip(weights).enumerate() {
                     visit(Step {

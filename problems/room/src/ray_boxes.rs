@@ -8,10 +8,11 @@ use fredholm_core::galerkin::legendre;
 
 use crate::panels::gauss;
 use crate::rays::{
-    Interval, PLACES, PRODUCTS, RayBox, Share, Stretch, TERMS, add_means, between, product,
+    OF_INTERVAL, OWN, PLACES, PRODUCTS, Share, Stretch, TERMS, add_mean, between, combined,
     products,
 };
-use crate::views::{Edge, ShadowEnd, edges, parts};
+use crate::vector::Vector;
+use crate::views::{ShadowEnd, edges, parts};
 use crate::{Point, Room};
 
 /// Boxes are no wider than this part of all directions: a jump within one is not overlooked.
@@ -33,52 +34,16 @@ const LOOKS: u32 = 16;
 /// polynomials stay orthogonal to ten digits.
 const HAIR: f64 = 1.0 / (1_u64 << 33) as f64;
 
-/// The tables of one cell.
+/// The tables of one cell: see [`RayControl`](crate::RayControl).
 #[derive(Clone, Debug, Default)]
 pub struct CellRays {
+    pub(crate) channels: usize,
     /// Stretches, whose numbers of intervals and boxes begin at 0.
     pub(crate) stretches: Vec<Stretch<f64>>,
-    pub(crate) intervals: Vec<Interval<f64>>,
-    pub(crate) boxes: Vec<RayBox<f64>>,
-    pub(crate) shares: Vec<Share>,
-}
-
-/// The tables of one cell in all channels: a number for each of them stands side by side for the first function, then for the next.
-#[derive(Clone, Debug, Default)]
-pub struct CellChannelRays {
-    /// The tables without any channel, whose c is 0.
-    pub(crate) rays: CellRays,
-    /// The sums of integrals of every stretch.
     pub(crate) integrals: Vec<f64>,
-    /// Means and integrals of every interval.
-    pub(crate) means: Vec<f64>,
-    pub(crate) of_intervals: Vec<f64>,
-    /// c of every box.
-    pub(crate) controls: Vec<f64>,
-}
-
-impl CellChannelRays {
-    /// The tables of the only channel.
-    pub(crate) fn alone(self) -> CellRays {
-        let mut rays = self.rays;
-        for (stretch, own) in rays.stretches.iter_mut().zip(rows(&self.integrals)) {
-            stretch.integral = own;
-        }
-        let numbers = rows(&self.means).zip(rows(&self.of_intervals));
-        for (interval, (mean, integral)) in rays.intervals.iter_mut().zip(numbers) {
-            (interval.mean, interval.integral) = (mean, integral);
-        }
-        for (ray_box, control) in rays.boxes.iter_mut().zip(rows(&self.controls)) {
-            ray_box.control = control;
-        }
-        rays
-    }
-}
-
-/// The numbers of every function, of one channel.
-fn rows<const N: usize>(all: &[f64]) -> impl Iterator<Item = [f64; N]> {
-    all.chunks_exact(N)
-        .filter_map(|own| own.first_chunk().copied())
+    pub(crate) intervals: Vec<f64>,
+    pub(crate) boxes: Vec<f64>,
+    pub(crate) shares: Vec<Share>,
 }
 
 /// A box, and what was learned of it.
@@ -90,7 +55,7 @@ struct Fitted {
     interval: u32,
     /// The box's mean width as seen from the stretch, in ω.
     width: f64,
-    /// c: of every function a number for each channel.
+    /// c: the coefficients of every channel.
     control: Vec<f64>,
     /// The width times the root mean square of v − c, in every channel.
     shares: Vec<f64>,
@@ -120,51 +85,97 @@ struct Viewpoint {
     intervals: Vec<[f64; 2]>,
 }
 
+/// A part of a cell, and the vertices between the intervals of directions that are seen from there.
+struct Part {
+    cell: usize,
+    from: f64,
+    to: f64,
+    ends: Vec<Vector<f64>>,
+}
+
+impl Part {
+    /// The point at a fraction of the part.
+    fn point(&self, room: &Room<'_, f64>, t: f64) -> Option<Point<f64>> {
+        room.inside(self.cell, self.from + t * (self.to - self.from))
+    }
+
+    /// Where intervals begin, as seen from a point, and their widths.
+    fn intervals(&self, room: &Room<'_, f64>, x: &Point<f64>) -> Option<Vec<[f64; 2]>> {
+        let tangent = room.geometry().wall(x.wall() as u32)?.tangent;
+        let end = |k: usize| self.ends.get(k).copied();
+        let all = (0..=self.ends.len()).map(|k| between(end, k, x.position(), tangent));
+        Some(all.collect())
+    }
+}
+
 impl Builder<'_> {
     /// The tables of a cell.
-    pub(crate) fn cell(&self, cell: usize) -> CellChannelRays {
-        let mut rays = CellChannelRays::default();
-        for part in parts(self.room, cell, self.shadows) {
-            self.stretch(cell, part, &mut rays);
+    pub(crate) fn cell(&self, cell: usize) -> CellRays {
+        let mut rays = CellRays {
+            channels: self.noise.len(),
+            ..CellRays::default()
+        };
+        for [from, to] in parts(self.room, cell, self.shadows) {
+            let edges = edges(self.room, cell, 0.5 * (from + to), self.shadows);
+            let part = Part {
+                cell,
+                from,
+                to,
+                ends: edges.iter().map(|edge| edge.position).collect(),
+            };
+            self.stretch(&part, &mut rays);
         }
         rays
     }
 
-    /// What a channel's noise counts beside that of the others: over what is small enough. One alone counts as it is.
+    /// What a channel's noise counts beside that of the others: over what is small enough.
     fn weight(&self, channel: usize) -> f64 {
-        match *self.noise {
-            [_] => 1.0,
-            _ => match self.noise.get(channel) {
-                Some(&noise) if noise > 0.0 => 1.0 / noise,
-                _ => 0.0,
-            },
+        match self.noise.get(channel) {
+            Some(&noise) if noise > 0.0 => 1.0 / noise,
+            _ => 0.0,
         }
     }
 
     /// Adds a part of a cell to its tables.
-    fn stretch(&self, cell: usize, [from, to]: [f64; 2], all: &mut CellChannelRays) {
-        let channels = self.noise.len();
-        let intervals = intervals(&edges(self.room, cell, 0.5 * (from + to), self.shadows));
-        let nodes: Vec<Viewpoint> = self.viewpoints(cell, [from, to], &intervals);
-        let mut boxes: Vec<Fitted> = Vec::new();
-        for number in 0..intervals.len() as u32 {
-            boxes.push(self.fitted([0.0, 1.0], number, &nodes));
+    fn stretch(&self, part: &Part, all: &mut CellRays) {
+        let boxes = self.boxes(part);
+        let shares = shares(&boxes);
+        let row = OWN + self.noise.len() * OF_INTERVAL;
+        let stretch = Stretch {
+            from: part.from,
+            interval: (all.intervals.len() / row) as u32,
+            ray_box: all.shares.len() as u32,
+            near: [0; 2],
+        };
+        for fitted in &boxes {
+            all.boxes.extend(fitted.place);
+            all.boxes.extend(&fitted.control);
         }
+        let near = self.integrate(part, &boxes, &shares, all);
+        all.stretches.push(Stretch { near, ..stretch });
+        all.shares.extend(shares);
+    }
+
+    /// Halves boxes until the noise of every channel is small.
+    fn boxes(&self, part: &Part) -> Vec<Fitted> {
+        let channels = self.noise.len();
+        let nodes = self.viewpoints(part);
+        let fit = |place, interval| self.fitted(place, interval, &nodes);
+        let intervals = 0..=part.ends.len() as u32;
+        let mut boxes: Vec<Fitted> = intervals.map(|number| fit([0.0, 1.0], number)).collect();
         // The channel that was noisy last is the first to be looked at.
         let mut noisy = 0;
-        loop {
+        while boxes.len() < BOXES {
             let is_wide = |fitted: &Fitted| fitted.width > WIDEST;
             let worst = boxes.iter().position(is_wide).or_else(|| {
-                let order = (0..channels).map(|k| (noisy + k) % channels);
-                noisy = order
-                    .into_iter()
-                    .find(|&channel| noise_of(&boxes, channel) > self.noise[channel])?;
+                let mut order = (0..channels).map(|k| (noisy + k) % channels);
+                noisy = order.find(|&channel| noise_of(&boxes, channel) > self.noise[channel])?;
                 let numbers = boxes.iter().enumerate();
                 let share = |fitted: &Fitted| fitted.shares[noisy];
                 let worst = numbers.max_by(|a, b| share(a.1).total_cmp(&share(b.1)));
                 worst.map(|(number, _)| number)
             });
-            let Some(worst) = worst.filter(|_| boxes.len() < BOXES) else {
+            let Some(worst) = worst else {
                 break;
             };
             let Fitted {
@@ -174,51 +185,26 @@ impl Builder<'_> {
             } = boxes[worst];
             // Halves, whose places are exact in every scalar.
             let half = 0.5 * width;
-            let halves =
-                [from, from + half].map(|from| self.fitted([from, half], interval, &nodes));
+            let halves = [from, from + half].map(|from| fit([from, half], interval));
             boxes.splice(worst..=worst, halves);
         }
-        let shares = shares(&boxes);
-        let rays = &mut all.rays;
-        let mut stretch = Stretch {
-            from,
-            interval: rays.intervals.len() as u32,
-            ray_box: rays.boxes.len() as u32,
-            near: [0; 2],
-            integral: [0.0; PLACES],
-        };
-        rays.boxes.extend(boxes.iter().map(|fitted| RayBox {
-            from: fitted.place[0],
-            width: fitted.place[1],
-            control: [0.0; PRODUCTS],
-        }));
-        for fitted in &boxes {
-            all.controls.extend(&fitted.control);
-        }
-        self.integrate((cell, to), &mut stretch, &intervals, (&boxes, &shares), all);
-        let rays = &mut all.rays;
-        rays.stretches.push(stretch);
-        rays.shares.extend(shares);
-        rays.intervals.extend(intervals);
+        boxes
     }
 
-    /// Finds the polynomials that integrals of c over intervals are near to, and the intervals that have none in some channel.
+    /// Adds the intervals of a part to the tables, with the polynomials that integrals of c over them are near to; returns bits of those
+    /// that have none in some channel.
     fn integrate(
         &self,
-        (cell, to): (usize, f64),
-        stretch: &mut Stretch<f64>,
-        intervals: &[Interval<f64>],
-        (boxes, shares): (&[Fitted], &[Share]),
-        all: &mut CellChannelRays,
-    ) {
+        part: &Part,
+        boxes: &[Fitted],
+        shares: &[Share],
+        all: &mut CellRays,
+    ) -> [u32; 2] {
         let channels = self.noise.len();
         let at = |(t, weight): (f64, f64)| {
-            let x = self
-                .room
-                .inside(cell, stretch.from + t * (to - stretch.from))?;
-            let tangent = self.room.geometry().wall(x.wall() as u32)?.tangent;
+            let widths = part.intervals(self.room, &part.point(self.room, t)?)?;
             let psi: [f64; PLACES] = legendre(t + t - 1.0);
-            Some((x.position(), tangent, psi, weight))
+            Some((widths, psi, weight))
         };
         // Those with a weight make the polynomials, the others look at them.
         let nodes = gauss::<f64>(3).map(|(t, weight)| (0.5 + 0.5 * t, 0.5 * weight));
@@ -228,68 +214,63 @@ impl Builder<'_> {
             .map(|channel| FAR * Real::max(noise_of(boxes, channel), self.noise[channel]))
             .collect();
         let mut sums = vec![0.0; PLACES * channels];
-        let mut own = vec![0.0; PLACES * channels];
-        for k in 0..intervals.len() {
-            let mut means = vec![0.0; TERMS * channels];
+        let mut bits = [0; 2];
+        for k in 0..=part.ends.len() {
+            let mut means = vec![[0.0; TERMS]; channels];
             // The probability of a ray in the interval, and the mean square of what a box's part of it weighs.
             let (mut before, mut probability, mut weights) = (0.0, 0.0, 0.0);
             for (fitted, share) in boxes.iter().zip(shares) {
                 let sum = f64::from(share.sum);
                 if share.interval as usize == k {
                     let [_, width] = fitted.place;
-                    add_means(&mut means, width, &fitted.control, channels);
+                    for (mean, own) in means.iter_mut().zip(fitted.control.chunks(PRODUCTS)) {
+                        add_mean(mean, width, own);
+                    }
                     probability += sum - before;
                     weights += width * width / (sum - before);
                 }
                 before = sum;
             }
-            let widths = places.iter().map(|&(position, tangent, psi, weight)| {
-                let [_, width] = between(intervals, k, position, tangent);
-                (width, psi, weight)
+            let widths: Vec<_> = places
+                .iter()
+                .map(|(intervals, psi, weight)| (intervals[k][1], *psi, *weight))
+                .collect();
+            let found: Vec<_> = means.iter().map(|mean| polynomial(mean, &widths)).collect();
+            let is_near = found.iter().zip(&noise).any(|(found, noise)| {
+                let is_far = found.worst * found.worst * weights <= noise * noise * probability
+                    || found.worst <= 16.0 * f64::EPSILON * found.largest;
+                !is_far
             });
-            let widths: Vec<_> = widths.collect();
-            let mut is_near = false;
-            for (channel, noise) in noise.iter().enumerate() {
-                let mut mean = [0.0; TERMS];
-                let from = means.iter().skip(channel).step_by(channels);
-                mean.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
-                let (integral, worst, largest) = polynomial(&mean, &widths);
-                let is_far = worst * worst * weights <= noise * noise * probability
-                    || worst <= 16.0 * f64::EPSILON * largest;
-                is_near |= !is_far;
-                let to = own.iter_mut().skip(channel).step_by(channels);
-                to.zip(integral).for_each(|(to, from)| *to = from);
-            }
             if is_near {
-                stretch.near[k / 32 % 2] |= 1 << (k % 32);
-                own.fill(0.0);
+                bits[k / 32 % 2] |= 1 << (k % 32);
             }
-            for (sum, own) in sums.iter_mut().zip(&own) {
-                *sum += own;
+            all.intervals
+                .extend(part.ends.get(k).copied().unwrap_or_default());
+            for (channel, (mean, found)) in means.iter().zip(&found).enumerate() {
+                let integral = if is_near {
+                    [0.0; PLACES]
+                } else {
+                    found.integral
+                };
+                let sums = sums[channel * PLACES..].iter_mut();
+                sums.zip(integral).for_each(|(sum, own)| *sum += own);
+                all.intervals.extend(mean);
+                all.intervals.extend(integral);
             }
-            all.of_intervals.extend(&own);
-            all.means.extend(means);
         }
         all.integrals.extend(sums);
+        bits
     }
 
     /// The nodes of a part of a cell.
-    fn viewpoints(
-        &self,
-        cell: usize,
-        [from, to]: [f64; 2],
-        intervals: &[Interval<f64>],
-    ) -> Vec<Viewpoint> {
-        let room = self.room;
+    fn viewpoints(&self, part: &Part) -> Vec<Viewpoint> {
         let at = |(t, weight): (f64, f64)| {
-            let x = room.inside(cell, from + t * (to - from))?;
-            let wall = room.geometry().wall(x.wall() as u32)?;
-            let own = |k| between(intervals, k, x.position(), wall.tangent);
+            let x = part.point(self.room, t)?;
             Some(Viewpoint {
                 x,
                 psi: legendre(t + t - 1.0),
                 weight,
-                intervals: (0..intervals.len()).map(own).collect(),
+                intervals: part.intervals(self.room, &x)?,
             })
         };
         fit().filter_map(at).collect()
@@ -301,7 +282,6 @@ impl Builder<'_> {
         let mut samples: Vec<(f64, [f64; PRODUCTS])> = Vec::with_capacity(42);
         let mut values: Vec<f64> = Vec::with_capacity(42 * channels);
         let mut control = vec![0.0; PRODUCTS * channels];
-        let mut weighted = vec![0.0; channels];
         let mut mean_width = 0.0;
         let [box_from, box_width] = place;
         for node in nodes {
@@ -315,28 +295,20 @@ impl Builder<'_> {
                 (self.seen)(&node.x, omega, &mut values[first..]);
                 let terms = products(&node.psi, place);
                 let weight = node.weight * weight;
-                for (weighted, value) in weighted.iter_mut().zip(&values[first..]) {
-                    *weighted = weight * value;
-                }
-                for (control, term) in control.chunks_exact_mut(channels).zip(terms) {
-                    for (c, value) in control.iter_mut().zip(&weighted) {
-                        *c += value * term;
+                for (control, value) in control.chunks_exact_mut(PRODUCTS).zip(&values[first..]) {
+                    for (c, term) in control.iter_mut().zip(terms) {
+                        *c += weight * value * term;
                     }
                 }
                 samples.push((weight, terms));
             }
         }
         let mut shares = vec![0.0; channels];
-        let mut fit = weighted;
         for ((weight, terms), values) in samples.iter().zip(values.chunks_exact(channels)) {
-            fit.fill(0.0);
-            for (control, term) in control.chunks_exact(channels).zip(terms) {
-                for (fit, c) in fit.iter_mut().zip(control) {
-                    *fit += c * term;
-                }
-            }
-            for ((square, value), fit) in shares.iter_mut().zip(values).zip(&fit) {
-                *square += weight * (value - fit) * (value - fit);
+            let controls = control.chunks_exact(PRODUCTS);
+            for ((square, value), control) in shares.iter_mut().zip(values).zip(controls) {
+                let off = value - combined::<f64, PRODUCTS>(control, terms);
+                *square += weight * off * off;
             }
         }
         let mut largest = 0.0;
@@ -360,16 +332,18 @@ fn noise_of(boxes: &[Fitted], channel: usize) -> f64 {
     boxes.iter().map(|fitted| fitted.shares[channel]).sum()
 }
 
-/// The polynomial of the place that a mean times the width of an interval is near to, by the nodes that have a weight; the
-/// largest difference between both; and the largest value.
-fn polynomial(
-    mean: &[f64; TERMS],
-    widths: &[(f64, [f64; PLACES], f64)],
-) -> ([f64; PLACES], f64, f64) {
-    let exact = |width: f64, psi: &[f64; PLACES]| {
-        let terms = mean.iter().zip(psi).map(|(mean, psi)| mean * psi);
-        width * terms.sum::<f64>()
-    };
+/// A polynomial of the place in a stretch that an integral is near to.
+struct Polynomial {
+    integral: [f64; PLACES],
+    /// The largest difference between both.
+    worst: f64,
+    /// The largest value.
+    largest: f64,
+}
+
+/// The polynomial that a mean times the width of an interval is near to, by the places that have a weight.
+fn polynomial(mean: &[f64; TERMS], widths: &[(f64, [f64; PLACES], f64)]) -> Polynomial {
+    let exact = |width: f64, psi: &[f64; PLACES]| width * combined::<f64, TERMS>(mean, psi);
     let mut integral = [0.0; PLACES];
     for (width, psi, weight) in widths {
         let value = exact(*width, psi);
@@ -380,10 +354,15 @@ fn polynomial(
     let (mut worst, mut largest) = (0.0, 0.0);
     for (width, psi, _) in widths {
         let value = exact(*width, psi);
-        worst = Real::max(worst, (value - product(&integral, psi)).abs());
+        let off = value - combined::<f64, PLACES>(&integral, psi);
+        worst = Real::max(worst, off.abs());
         largest = Real::max(largest, value.abs());
     }
-    (integral, worst, largest)
+    Polynomial {
+        integral,
+        worst,
+        largest,
+    }
 }
 
 /// Six Gauss points of the unit interval, and weights that sum to 1: two more than c has degrees tell what it lacks.
@@ -404,17 +383,6 @@ fn to_the_ends() -> impl Iterator<Item = (f64, f64)> {
         .flat_map(|(t, weight)| [(t, weight), (-t, weight)]);
     let all = ends.chain([(0.0, 128.0 / 525.0)]);
     all.map(|(t, weight)| (0.5 + 0.5 * t, weight))
-}
-
-/// The intervals between vertices, with a c of 0.
-pub(crate) fn intervals(edges: &[Edge]) -> Vec<Interval<f64>> {
-    let ends = edges.iter().map(|edge| edge.position).chain([[0.0; 2]]);
-    let interval = |end| Interval {
-        end,
-        mean: [0.0; TERMS],
-        integral: [0.0; PLACES],
-    };
-    ends.map(interval).collect()
 }
 
 /// Probabilities of boxes, as growing sums: by what v − c is in them, and a part by their widths.

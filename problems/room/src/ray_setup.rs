@@ -1,31 +1,36 @@
 //! Tables of the control variate of a neighbour equation with h = k.
 
-use fredholm_core::array::Each;
-use fredholm_core::galerkin::{Basis, Partition};
-use fredholm_core::{Located, Real, Source};
+use alloc::vec;
+use alloc::vec::Vec;
 
-use crate::ray_boxes::{Builder, CellRays, intervals};
-use crate::rays::{GAUSS, between};
+use fredholm_core::array::Each;
+use fredholm_core::galerkin::{Cells, reserve};
+use fredholm_core::{Located, NoDraws, Real, Value};
+
+use crate::ray_boxes::{Builder, CellRays};
+use crate::rays::{GAUSS, between, polynomials};
 use crate::shadows::Shadows;
 use crate::views::{ShadowEnd, edges};
-use crate::{Point, PolynomialRoom, Room, RoomError, Wall};
+use crate::{Point, RayTables, Room, RoomEquation, RoomError};
 
 /// The standard deviation of G relative to the residual of v, which no ray can mend, at which boxes are narrow enough: a
 /// variance of a quarter of its square.
-pub(crate) const NOISE: f64 = 0.5;
+const NOISE: f64 = 0.5;
+/// A residual this small beside v is rounding, and no channel's boxes are cut for it.
+const ROUNDING: f64 = 1e-12;
 /// The points from which the residual of v is looked at.
 const PROBES: usize = 128;
 /// How often an interval of directions, in which v is looked at from there, is halved towards its ends: from near a corner
 /// the next wall is seen from there to its far end within a small part of the angle.
 const GRADES: i32 = 12;
 
-/// The set-up of a [`RayNeighbour`](crate::RayNeighbour), cell by cell.
+/// The set-up of a [`RayNeighbour`](crate::RayNeighbour), cell by cell. Boxes are narrow enough for each channel.
 ///
 /// ```
-/// use fredholm_core::galerkin::Partition;
-/// use fredholm_core::{At, Batch, Estimator, Form, Length, Task, WalkSeeds};
+/// use fredholm_core::{At, Batch, Channels, Goal, Goals, Job, Value};
 /// use fredholm_room::{
-///     Enclosure, Grading, Material, Matrix, Mesh, RaySetup, RayTables, Room, Scene, Surface, Tables,
+///     ColouredRoom, Enclosure, Grading, Material, Matrix, Mesh, RaySetup, Scene, Surface, Tables,
+///     WallColours, side_by_side,
 /// };
 ///
 /// let grey = [Material { reflectance: 0.5, emission: 0.0 }];
@@ -38,63 +43,72 @@ const GRADES: i32 = 12;
 /// let mesh = Mesh::new::<f64>(&scene, 60, Grading::default())?;
 /// let matrix = Matrix::with_functions(&scene, &mesh, 0.5, 2)?;
 /// let v = matrix.solve(&scene, &mesh, 1e-14, 1000)?.v;
-///
 /// let tables = Tables::<f64>::new(&scene, &mesh);
-/// let room = Room::new(tables.geometry(), tables.cells(), matrix.views(), 0.5)?;
-/// let polynomials = room.with_functions::<2>();
-/// let setup = RaySetup::new(&polynomials, &v)?;
-/// let cells = (0..polynomials.cells()).map(|i| setup.cell(i)).collect::<Result<Vec<_>, _>>()?;
-/// let rays = RayTables::new(cells)?;
-/// let neighbour = rays.neighbour(&polynomials, &v)?;
+/// let room = tables.room(matrix.views());
+/// let rays = RaySetup::<_, 2>::new(&room, &v)?.tables()?;
+/// let neighbour = rays.neighbour::<_, 2>(&room, &v)?;
 ///
 /// // Radiosity in the middle of the floor by 10,000 walks.
-/// let start = At(room.point(0, 0.5)?);
-/// let task = Task {
-///     equation: &room,
-///     neighbour: &neighbour,
-///     functional: &start,
-///     control_mean: None,
-///     estimator: Estimator::Absorption,
-///     form: Form::Product,
-///     seeds: <WalkSeeds>::new(1, 0),
-///     length: Length::default(),
-/// };
-/// let mut batch = Batch::new(0, 10_000, 10_000);
-/// batch.run(&task, u64::MAX)?;
-/// let (plain, best) = (batch.statistics().plain(), batch.statistics().preconditioned());
+/// let x = At(room.on_wall(0, 0.5)?);
+/// let goals = [Goal::new(x, None)];
+/// let job = Goals::new(&room, &neighbour, &goals, Default::default());
+/// let mut batches = [Batch::new(0, 10_000, 10_000)];
+/// job.run(0, &mut batches, u64::MAX)?;
+/// let grey = *batches[0].statistics();
+/// let (plain, best) = (grey.plain(), grey.preconditioned());
 /// assert!(best.std_error.unwrap() < plain.std_error.unwrap() / 100.0);
+///
+/// // Two channels, of which the grey walls do not reflect the second: one ray serves both.
+/// let (reflectances, emissions) = (
+///     [0.5, 0.0, 0.5, 0.0, 0.1, 0.1, 0.1, 0.1],
+///     [0.0, 0.0, 0.0, 0.0, 1.0, 2.0, 1.0, 2.0],
+/// );
+/// let colours = WallColours::new(2, (&reflectances, &emissions))?;
+/// let v = side_by_side(&matrix.solve_channels(&scene, &mesh, &colours, 1e-14, 1000)?, 2);
+/// let coloured = ColouredRoom::<_, 2>::new(&room, colours)?;
+/// let rays = RaySetup::<_, 2>::new(&coloured, &v)?.tables()?;
+/// let neighbour = rays.neighbour::<_, 2>(&coloured, &v)?;
+/// let goals = [Goal { functional: x, control_mean: None, known: Channels::splat(2, 0.0) }];
+/// let job = Goals::new(&coloured, &neighbour, &goals, Default::default());
+/// let mut batches = [Batch::new(0, 10_000, 10_000); 2];
+/// job.run(0, &mut batches, u64::MAX)?;
+/// let [red, green] = batches.map(|batch| batch.statistics().preconditioned());
+/// assert!((red.estimate - best.estimate).abs() < 1e-4 && green.estimate == 0.0);
 /// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```
-#[derive(Clone, Copy, Debug)]
-pub struct RaySetup<'s, 'r, 'a, const B: usize> {
-    polynomials: &'s PolynomialRoom<'r, 'a, f64, B>,
+#[derive(Clone, Debug)]
+pub struct RaySetup<'s, E, const B: usize> {
+    equation: &'s E,
     v: &'s [f64],
-    /// The standard deviation of a ray's estimate of T_k v/ρ that is small enough.
-    noise: f64,
+    /// The standard deviation of a ray's estimate of T_k v/ρ that is small enough, in every channel.
+    noise: Vec<f64>,
     /// Where boxes end besides at vertices.
     shadows: &'s [ShadowEnd],
 }
 
-impl<'s, 'r, 'a, const B: usize> RaySetup<'s, 'r, 'a, B> {
-    /// A set-up for v, which has B numbers for every cell. Looks from a few points at how good it is.
+impl<'s, E: RoomEquation<f64>, const B: usize> RaySetup<'s, E, B> {
+    /// A set-up for v, which has B numbers of every channel, cell by cell. Looks from a few points at how good it is.
     ///
     /// # Errors
     /// [`RoomError::Length`].
-    pub fn new(
-        polynomials: &'s PolynomialRoom<'r, 'a, f64, B>,
-        v: &'s [f64],
-    ) -> Result<Self, RoomError> {
-        let (expected, found) = (polynomials.cells() * B, v.len());
+    pub fn new(equation: &'s E, v: &'s [f64]) -> Result<Self, RoomError> {
+        let (cells, channels) = (equation.room().cells(), equation.channels());
+        let (expected, found) = (cells * channels * B, v.len());
         if expected != found {
             return Err(RoomError::Length { expected, found });
         }
         let mut setup = Self {
-            polynomials,
+            equation,
             v,
-            noise: 0.0,
+            noise: Vec::new(),
             shadows: &[],
         };
-        setup.noise = NOISE * setup.residual();
+        setup.noise = setup.residuals();
+        for (channel, noise) in setup.noise.iter_mut().enumerate() {
+            let own = v.chunks_exact(B).skip(channel).step_by(channels).flatten();
+            let largest = own.fold(0.0, |most: f64, v| Real::max(most, v.abs()));
+            *noise = Real::max(NOISE * *noise, ROUNDING * largest);
+        }
         Ok(setup)
     }
 
@@ -106,92 +120,103 @@ impl<'s, 'r, 'a, const B: usize> RaySetup<'s, 'r, 'a, B> {
         self
     }
 
-    /// The root mean square of v − T_k v − F over ρ, over the walls.
-    fn residual(&self) -> f64 {
-        let room = self.polynomials.room();
-        let (mut sum, mut all) = (0.0, 0.0);
-        probes(room, &mut |x, wall, cell, t| {
-            if wall.reflectance > 0.0 {
-                let emitted = (self.value(x) - room.source(x)) / wall.reflectance;
-                let seen = self.polynomials.irradiance_of(x, self.v);
-                let mut of_light = 0.0;
-                light_of_walls(room, (x, cell, t), &mut |y, share| {
-                    of_light += share * room.reflected_light(y);
-                });
-                let residual = emitted - seen - of_light;
-                let length = room.table().length(cell);
-                sum += length * residual * residual;
-                all += length;
+    /// The root mean squares of v − T_k v − F over ρ, over the walls, in every channel.
+    fn residuals(&self) -> Vec<f64> {
+        let (equation, room) = (self.equation, self.equation.room());
+        let mut sums = vec![[0.0; 2]; equation.channels()];
+        for x in probes(room) {
+            let mut seen: E::Value = room.irradiance_of::<E::Value, B>(&x.point, self.v);
+            for (y, share) in light_of_walls(room, &x) {
+                seen = seen.plus(&equation.light(&y, &mut NoDraws).scaled(share));
             }
-        });
-        if all > 0.0 {
-            Real::sqrt(sum / all)
-        } else {
-            0.0
+            // T_K F_s is in v and in F: what is left of both is the polynomials and F − F_s.
+            let emitted =
+                polynomials::<E, f64, B>(equation, self.v, &x).minus(&equation.rest(&x.point));
+            let reflectance = equation.kernel(&x.point, &x.point);
+            let length = room.measure(x.cell);
+            for (channel, [sum, all]) in sums.iter_mut().enumerate() {
+                if reflectance.get(channel) > 0.0 {
+                    let own = emitted.get(channel) / reflectance.get(channel);
+                    let residual = own - seen.get(channel);
+                    *sum += length * residual * residual;
+                    *all += length;
+                }
+            }
         }
-    }
-
-    fn value(&self, x: &Point<f64>) -> f64 {
-        let cell = self.polynomials.locate(x);
-        let psi = self.polynomials.basis(&Located { point: *x, cell });
-        let own = self.v.get(cell * B..).unwrap_or(&[]);
-        let light = self.polynomials.room().reflected_light(x);
-        light + own.iter().zip(psi).map(|(v, psi)| v * psi).sum::<f64>()
+        let mean = |&[sum, all]: &[f64; 2]| {
+            if all > 0.0 {
+                Real::sqrt(sum / all)
+            } else {
+                0.0
+            }
+        };
+        sums.iter().map(mean).collect()
     }
 
     /// The tables of a cell.
-    ///
-    /// # Errors
-    /// [`RoomError::Galerkin`]: no memory.
-    pub fn cell(&self, cell: usize) -> Result<CellRays, RoomError> {
-        let room = self.polynomials.room();
+    #[must_use]
+    pub fn cell(&self, cell: usize) -> CellRays {
+        let (equation, room) = (self.equation, self.equation.room());
         let builder = Builder {
             room,
-            seen: &|x, omega, to| {
-                let y = room.ray(x, omega);
-                to.fill(y.map_or(0.0, |y| self.value(&y)));
+            seen: &|x, omega, to| match room.ray(x, omega) {
+                Some(point) => {
+                    let light = equation.light(&point, &mut NoDraws);
+                    let cell = room.locate(&point);
+                    let x = Located { point, cell };
+                    let value = light.plus(&polynomials::<E, f64, B>(equation, self.v, &x));
+                    for (channel, to) in to.iter_mut().enumerate() {
+                        *to = value.get(channel);
+                    }
+                }
+                None => to.fill(0.0),
             },
-            noise: core::slice::from_ref(&self.noise),
+            noise: &self.noise,
             shadows: self.shadows,
         };
-        Ok(builder.cell(cell).alone())
+        builder.cell(cell)
+    }
+
+    /// The tables of all cells, one after the other.
+    ///
+    /// # Errors
+    /// As [`RayTables::new`], and [`RoomError::Galerkin`]: no memory.
+    pub fn tables(&self) -> Result<RayTables<f64>, RoomError> {
+        let count = self.equation.room().cells();
+        let mut cells = reserve(count)?;
+        cells.extend((0..count).map(|cell| self.cell(cell)));
+        RayTables::new(cells)
     }
 }
 
-/// What is done with a point, its wall, its cell, and its place there.
-pub(crate) type Probe<'p> = dyn FnMut(&Point<f64>, &Wall<f64>, usize, f64) + 'p;
-
-/// Calls `each` with points of some cells from which a residual is looked at.
-pub(crate) fn probes(room: &Room<'_, f64>, each: &mut Probe<'_>) {
+/// Points of some cells from which a residual is looked at.
+fn probes(room: &Room<'_, f64>) -> impl Iterator<Item = Located<Point<f64>>> {
     let cells = room.cells();
-    for probe in 0..PROBES.min(cells) {
-        let cell = probe * cells / PROBES.min(cells);
+    let count = PROBES.min(cells);
+    (0..count).filter_map(move |probe| {
+        let cell = probe * cells / count;
         // One of the zeros of no low Legendre polynomial, another from probe to probe.
         let t = 0.06 + 0.88 * ((probe as f64 * 0.618_033_988_749_894_9) % 1.0);
-        let x = room.inside(cell, t);
-        if let Some(x) = x
-            && let Some(wall) = room.geometry().wall(x.wall() as u32)
-        {
-            each(&x, wall, cell, t);
-        }
-    }
+        let point = room.inside(cell, t)?;
+        Some(Located { point, cell })
+    })
 }
 
-/// Calls `each` with points of walls that a point sees, and shares of all its directions: Gauss points between the directions of
-/// vertices. What lights throw on walls and walls on the point has no closed integral. That of the polynomials has one, and their
-/// jumps from cell to cell would be lost between such points.
-pub(crate) fn light_of_walls(
-    room: &Room<'_, f64>,
-    (x, cell, t): (&Point<f64>, usize, f64),
-    each: &mut dyn FnMut(&Point<f64>, f64),
-) {
-    let wall = room.geometry().wall(x.wall() as u32);
+/// Points of walls that a point sees, and shares of all its directions: Gauss points between the directions of vertices. What lights
+/// throw on walls and walls on the point has no closed integral. That of the polynomials has one, and their jumps from cell to cell
+/// would be lost between such points. Without lights there are none.
+fn light_of_walls(room: &Room<'_, f64>, x: &Located<Point<f64>>) -> Vec<(Point<f64>, f64)> {
+    let mut all = Vec::new();
+    let wall = room.geometry().wall(x.point.wall() as u32);
     let Some(wall) = wall.filter(|_| !room.lights().is_empty()) else {
-        return;
+        return all;
     };
-    let intervals = intervals(&edges(room, cell, t, &[]));
-    for k in 0..intervals.len() {
-        let [from, width] = between(&intervals, k, x.position(), wall.tangent);
+    let mut t = [0.0];
+    room.parameters(x, &mut t);
+    let edges = edges(room, x.cell, t[0], &[]);
+    let end = |k: usize| edges.get(k).map(|edge| edge.position);
+    for k in 0..=edges.len() {
+        let [from, width] = between(end, k, x.point.position(), wall.tangent);
         // ω = (1 − cos θ)/2: in θ there is no root at the horizon.
         let angle = |omega: f64| {
             let square = Real::max(omega * (1.0 - omega), 0.0);
@@ -202,12 +227,12 @@ pub(crate) fn light_of_walls(
             for (place, weight) in GAUSS {
                 let theta = begin + (end - begin) * (part + size * place);
                 let share = 0.5 * Real::sin(theta) * (end - begin) * size * weight;
-                if let Some(y) = room.scatter(x, 0.5 - 0.5 * Real::cos(theta)) {
-                    each(&y, share);
-                }
+                let y = room.ray(&x.point, 0.5 - 0.5 * Real::cos(theta));
+                all.extend(y.map(|y| (y, share)));
             }
         }
     }
+    all
 }
 
 /// Where parts of the unit interval begin, and their widths: halves of halves towards both ends, each in two parts.
@@ -229,9 +254,7 @@ fn panels() -> impl Iterator<Item = (f64, f64)> {
 mod tests {
     use alloc::boxed::Box;
 
-    use crate::{
-        Enclosure, Grading, Material, Matrix, Mesh, RaySetup, Room, Scene, Surface, Tables,
-    };
+    use crate::{Enclosure, Grading, Material, Matrix, Mesh, RaySetup, Scene, Surface, Tables};
 
     /// It is 8.2e-6 on 60 cells and 1.0e-6 on 240. Gauss points alone, between which jumps from cell to cell are lost, told of
     /// 4.4e-6 on these, and of no less on more.
@@ -264,9 +287,11 @@ mod tests {
             let matrix = Matrix::with_functions(&scene, &mesh, 0.5, 5)?;
             let v = matrix.solve(&scene, &mesh, 1e-14, 1000)?.v;
             let tables = Tables::<f64>::new(&scene, &mesh);
-            let room = Room::new(tables.geometry(), tables.cells(), matrix.views(), 0.5)?;
-            let polynomials = room.with_functions::<5>();
-            Ok(RaySetup::new(&polynomials, &v)?.residual())
+            let room = tables.room(matrix.views());
+            let [residual] = RaySetup::<_, 5>::new(&room, &v)?.residuals()[..] else {
+                return Err("one channel has one residual".into());
+            };
+            Ok(residual)
         };
         let [few, many] = [residual(60)?, residual(240)?];
         assert!(4.0 * many < few, "{few:e}, {many:e}");

@@ -1,12 +1,14 @@
 //! A neighbour equation with h = k whose G takes one ray.
 
+use core::ops::Range;
+
 use fredholm_core::array::Each;
-use fredholm_core::galerkin::{Basis, Partition, legendre};
-use fredholm_core::{Kernel, Located, Neighbour, Real, StateSpace, Uniforms};
+use fredholm_core::galerkin::{Basis, Cells, legendre};
+use fredholm_core::{Located, Neighbour, NoDraws, Real, Space, Uniforms, Value};
 use num_traits::{one, zero};
 
 use crate::vector::{Vector, dot, sub};
-use crate::{Point, PolynomialRoom, Room, RoomError};
+use crate::{Point, Room, RoomEquation, RoomError};
 
 /// Functions of the place in a cell, and of that in a box of directions.
 pub(crate) const TERMS: usize = 5;
@@ -28,38 +30,9 @@ pub struct Stretch<F> {
     pub ray_box: u32,
     /// A bit for every interval whose integral of c no polynomial is near to, from the lowest of the first word on.
     pub near: [u32; 2],
-    /// The sum of [`Interval::integral`] over the other intervals. Where it is something else, there is a bias.
-    pub integral: [F; PLACES],
 }
 
-/// Directions between two vertices, in which one wall is seen. The next interval begins where it ends.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "zerocopy", derive(zerocopy::FromBytes, zerocopy::Immutable))]
-#[repr(C)]
-pub struct Interval<F> {
-    /// The vertex towards which it ends; the last interval of a stretch ends along the wall.
-    pub end: [F; 2],
-    /// The mean of c over the interval: the coefficients of the functions of the place in the stretch.
-    pub mean: [F; TERMS],
-    /// About the integral of c over the interval in ω, the mean times the width: coefficients of more of these functions.
-    pub integral: [F; PLACES],
-}
-
-/// A box: a fraction of an interval of directions, where c is a polynomial.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "zerocopy", derive(zerocopy::FromBytes, zerocopy::Immutable))]
-#[repr(C)]
-pub struct RayBox<F> {
-    /// Where it begins, as a fraction of the interval.
-    pub from: F,
-    /// The width of the box, as a fraction of the interval.
-    pub width: F,
-    /// c: the coefficients of 1, s, s², …, x, x s, … up to a total degree of four, each product of normalised Legendre polynomials
-    /// of the place x in the stretch and s in the box.
-    pub control: [F; PRODUCTS],
-}
-
-/// What a box is drawn by. It stands apart from boxes, so that a box and its interval, which are seldom in a cache, come at once.
+/// What a box is drawn by.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "zerocopy", derive(zerocopy::FromBytes, zerocopy::Immutable))]
 #[repr(C)]
@@ -70,63 +43,121 @@ pub struct Share {
     pub interval: u32,
 }
 
-/// The tables of the control variate of a [`RayNeighbour`], borrowed.
+/// The tables of the control variate of a [`RayNeighbour`], borrowed, of C channels.
+///
+/// Numbers of a stretch, an interval or a box stand in one row, those of all channels side by side, so that what is seldom in a
+/// cache comes at once.
 #[derive(Clone, Copy, Debug)]
 pub struct RayControl<'a, F> {
     /// The number of the first stretch of every cell, and of all stretches.
     pub first: &'a [u32],
     /// The stretches, and one more that begins where the tables end.
     pub stretches: &'a [Stretch<F>],
-    /// The intervals of all stretches.
-    pub intervals: &'a [Interval<F>],
-    /// The boxes of all stretches, each with those of an interval one after the other.
-    pub boxes: &'a [RayBox<F>],
+    /// The sums of what the intervals of every stretch have, of each channel, but for those that are near. Where it is something else,
+    /// there is a bias.
+    pub integrals: &'a [F],
+    /// The intervals of all stretches, directions between two vertices, in which one wall is seen. The next one begins where one ends.
+    /// Of each the two coordinates of the vertex towards which it ends, but for the last one of a stretch, which ends along the wall;
+    /// then of every channel
+    ///
+    /// - the mean of c over the interval, 5 coefficients of functions of the place in the stretch, and
+    /// - about the integral of c over the interval in ω, the mean times the width: 7 coefficients of such functions.
+    pub intervals: &'a [F],
+    /// The boxes of all stretches, each with those of an interval one after the other: fractions of an interval, where c is a
+    /// polynomial. Of each where it begins and its width, as fractions of the interval; then of every channel c, the coefficients of
+    /// 1, s, s², …, x, x s, … up to a total degree of four, each product of normalised Legendre polynomials of the place x in the
+    /// stretch and s in the box.
+    pub boxes: &'a [F],
     /// What every box is drawn by.
     pub shares: &'a [Share],
 }
 
-/// Intervals, boxes and growing sums of probabilities of a stretch.
-type Parts<'a, F> = (&'a [Interval<F>], &'a [RayBox<F>], &'a [Share]);
+/// Numbers of a row that are of no channel.
+pub(crate) const OWN: usize = 2;
+/// Numbers of an interval in a channel.
+pub(crate) const OF_INTERVAL: usize = TERMS + PLACES;
+
+/// Rows of as many numbers.
+#[derive(Clone, Copy, Debug)]
+struct Rows<'a, F> {
+    numbers: &'a [F],
+    length: usize,
+}
+
+impl<'a, F: Real> Rows<'a, F> {
+    /// The rows from one number to another, with so many numbers in each of so many channels.
+    #[inline]
+    fn new(numbers: &'a [F], rows: Range<u32>, channels: usize, of_channel: usize) -> Option<Self> {
+        let length = OWN + channels * of_channel;
+        let numbers = numbers.get(rows.start as usize * length..rows.end as usize * length)?;
+        Some(Self { numbers, length })
+    }
+
+    /// The two first numbers of a row, and those of its channels.
+    #[inline]
+    fn row(&self, number: usize) -> Option<([F; OWN], &'a [F])> {
+        let from = number * self.length;
+        let row = self.numbers.get(from..from + self.length)?;
+        let (own, of_channels) = row.split_first_chunk()?;
+        Some((*own, of_channels))
+    }
+}
+
+/// The tables of a stretch.
+struct Parts<'a, F> {
+    /// A bit for every interval whose integral is exact.
+    near: u64,
+    integral: &'a [F],
+    intervals: Rows<'a, F>,
+    /// The number of intervals.
+    count: usize,
+    boxes: Rows<'a, F>,
+    shares: &'a [Share],
+}
 
 /// What is seen from a point.
-pub(crate) struct View<'a, F> {
+struct View<'a, F> {
     /// ψ of the place in the stretch.
-    pub(crate) psi: [F; PLACES],
-    /// The number of the stretch.
-    pub(crate) number: usize,
-    pub(crate) stretch: &'a Stretch<F>,
-    pub(crate) intervals: &'a [Interval<F>],
-    pub(crate) boxes: &'a [RayBox<F>],
-    pub(crate) shares: &'a [Share],
+    psi: [F; PLACES],
+    position: Vector<F>,
+    tangent: Vector<F>,
+    parts: Parts<'a, F>,
 }
 
 impl<'a, F: Real> RayControl<'a, F> {
-    /// Refuses tables that are not those of so many cells, or lead elsewhere.
-    pub(crate) fn check(&self, cells: usize) -> Result<(), RoomError> {
-        let Self {
-            first, stretches, ..
-        } = self;
-        let grow = first.iter().zip(first.iter().skip(1)).all(|(a, b)| a < b);
-        let ends = first.first() == Some(&0)
-            && first
-                .last()
-                .is_some_and(|&last| last as usize + 1 == stretches.len());
+    /// Refuses tables that are not those of so many cells and channels, or lead elsewhere.
+    fn check(&self, cells: usize, channels: usize) -> Result<(), RoomError> {
+        let (first, count) = (self.first, self.stretches.len().saturating_sub(1));
+        let last = self.stretches.last().ok_or(RoomError::Tables)?;
+        let [intervals, boxes] = [last.interval, last.ray_box].each(|n| n as usize);
+        let rows = |rows: usize, of_channel: usize| rows * (OWN + channels * of_channel);
+        for (expected, found) in [
+            (count * channels * PLACES, self.integrals.len()),
+            (rows(intervals, OF_INTERVAL), self.intervals.len()),
+            (rows(boxes, PRODUCTS), self.boxes.len()),
+            (boxes, self.shares.len()),
+        ] {
+            if expected != found {
+                return Err(RoomError::Length { expected, found });
+            }
+        }
+        let ends = first.first() == Some(&0) && first.last().is_some_and(|&n| n as usize == count);
         let is_right = |number: usize| {
-            let Some((intervals, _, shares)) = self.parts(number) else {
+            let Some(parts) = self.parts(number, channels) else {
                 return false;
             };
             let mut before = 0.0;
-            let is_right = shares.iter().all(|share| {
-                let grows = share.sum > before;
+            let grow = parts.shares.iter().all(|share| {
+                let grows = share.sum > before && (share.interval as usize) < parts.count;
                 before = share.sum;
-                grows && (share.interval as usize) < intervals.len()
+                grows
             });
-            !intervals.is_empty() && is_right && before == 1.0
+            parts.count > 0 && grow && before == 1.0
         };
         let is_whole = first.len() == cells + 1
-            && grow
+            && first.is_sorted_by(|a, b| a < b)
             && ends
-            && (0..stretches.len().saturating_sub(1)).all(is_right);
+            && (0..count).all(is_right);
         if is_whole {
             Ok(())
         } else {
@@ -134,47 +165,98 @@ impl<'a, F: Real> RayControl<'a, F> {
         }
     }
 
-    /// Intervals, boxes and probabilities of a stretch.
+    /// The tables of a stretch.
     #[inline]
-    fn parts(&self, number: usize) -> Option<Parts<'a, F>> {
+    fn parts(&self, number: usize, channels: usize) -> Option<Parts<'a, F>> {
         let [own, next, ..] = self.stretches.get(number..)? else {
             return None;
         };
-        let intervals = own.interval as usize..next.interval as usize;
-        let boxes = own.ray_box as usize..next.ray_box as usize;
-        Some((
-            self.intervals.get(intervals)?,
-            self.boxes.get(boxes.clone())?,
-            self.shares.get(boxes)?,
-        ))
+        let (intervals, boxes) = (own.interval..next.interval, own.ray_box..next.ray_box);
+        let row = channels * PLACES;
+        let [low, high] = own.near.each(u64::from);
+        Some(Parts {
+            near: low | high << 32,
+            integral: self.integrals.get(number * row..(number + 1) * row)?,
+            count: intervals.len(),
+            intervals: Rows::new(self.intervals, intervals, channels, OF_INTERVAL)?,
+            shares: self.shares.get(boxes.start as usize..boxes.end as usize)?,
+            boxes: Rows::new(self.boxes, boxes, channels, PRODUCTS)?,
+        })
     }
 
     /// What is seen from a point.
     #[inline]
-    pub(crate) fn view(&self, room: &Room<'_, F>, x: &Located<Point<F>>) -> Option<View<'a, F>> {
+    fn view(
+        &self,
+        room: &Room<'_, F>,
+        x: &Located<Point<F>>,
+        channels: usize,
+    ) -> Option<View<'a, F>> {
         let [from, to, ..] = *self.first.get(x.cell..)? else {
             return None;
         };
         let own = self.stretches.get(from as usize..to as usize)?;
-        let half = F::from_f64(0.5);
-        let t = half + half * room.coordinate(&x.point, x.cell);
+        let mut t = [zero()];
+        room.parameters(x, &mut t);
+        let [t] = t;
         // The first begins where the cell does.
         let later = own.get(1..).unwrap_or(&[]);
         let number = later.partition_point(|stretch| stretch.from <= t);
         let start = own.get(number)?.from;
         let end = own.get(number + 1).map_or(one(), |next| next.from);
         let place = (t - start) / (end - start);
-        let stretch = own.get(number)?;
-        let number = from as usize + number;
-        let (intervals, boxes, shares) = self.parts(number)?;
         Some(View {
             psi: legendre(place + place - one()),
-            number,
-            stretch,
-            intervals,
-            boxes,
-            shares,
+            position: x.point.position(),
+            tangent: room.geometry().wall(x.point.wall() as u32)?.tangent,
+            parts: self.parts(from as usize + number, channels)?,
         })
+    }
+}
+
+impl<F: Real> View<'_, F> {
+    /// The number of the box that a uniform number chooses, and its probability.
+    #[inline]
+    fn chosen(&self, chosen: F) -> Option<(usize, F)> {
+        let shares = self.parts.shares;
+        let last = shares.len().checked_sub(1)?;
+        let number = shares.partition_point(|share| share.to::<F>() <= chosen);
+        let number = if number < last { number } else { last };
+        let before = number
+            .checked_sub(1)
+            .and_then(|before| shares.get(before))
+            .map_or_else(zero, Share::to);
+        Some((number, shares.get(number)?.to::<F>() - before))
+    }
+
+    /// The ω at which an interval begins, and its width.
+    #[inline]
+    fn between(&self, k: usize) -> [F; 2] {
+        let Parts {
+            intervals, count, ..
+        } = &self.parts;
+        let end = |k: usize| {
+            intervals
+                .row(k)
+                .filter(|_| k + 1 < *count)
+                .map(|(end, _)| end)
+        };
+        between(end, k, self.position, self.tangent)
+    }
+
+    /// What the polynomial lacks of the integral of c over an interval of this width; 0 where there is none.
+    #[inline]
+    fn left_out<V: Value<F>>(&self, k: usize, width: F, channels: usize) -> Option<V> {
+        if self.parts.near >> k & 1 == 1 {
+            return Some(V::splat(channels, zero()));
+        }
+        let (_, own) = self.parts.intervals.row(k)?;
+        Some(V::from_fn(channels, |channel| {
+            let own = own.get(channel * OF_INTERVAL..).unwrap_or(&[]);
+            let integral = own.get(TERMS..).unwrap_or(&[]);
+            width * combined::<F, TERMS>(own, &self.psi)
+                - combined::<F, PLACES>(integral, &self.psi)
+        }))
     }
 }
 
@@ -199,118 +281,165 @@ impl<'a, F: Real> RayControl<'a, F> {
 /// such polynomial, and I_e in place of P_e. There are no pairs of cells: no form factors, no moments, and a score takes as long
 /// for 10,000 cells as for 100. It is the control variate of [`fredholm_core::sampled`] with boxes that move with x.
 ///
-/// In a room [with lights](crate::Room::with_lights) the equation is that of w = u − F_s, and the v of all this is T_K F_s, which is
-/// known in every point, plus the polynomials: where they are near what was reflected twice or more, neither a small light nor
-/// the edge of its shadow leaves any variance.
+/// Of several channels each has its own v, c and P, with the same stretches, intervals and boxes, and one ray serves all. Boxes
+/// are drawn by the largest of the shares that the channels would give them, each relative to what its own v lacks, so that the
+/// ray of no channel weighs more than with its own.
+///
+/// In a room [with lights](crate::Room::with_lights) the equation is the [`LastStep`](fredholm_core::LastStep), that of
+/// w = u − F_s, and the v of all this is T_K F_s, which is known in every point, plus the polynomials: where they are near what was
+/// reflected twice or more, neither a small light nor the edge of its shadow leaves any variance.
 ///
 /// Tables come from a [`RaySetup`](crate::RaySetup), with an example.
-#[derive(Clone, Copy, Debug)]
-pub struct RayNeighbour<'n, 'r, 'a, F, const B: usize> {
-    polynomials: &'n PolynomialRoom<'r, 'a, F, B>,
+#[derive(Debug)]
+pub struct RayNeighbour<'n, E, F, const B: usize> {
+    equation: &'n E,
     v: &'n [F],
     control: RayControl<'n, F>,
 }
 
-impl<'n, 'r, 'a, F: Real, const B: usize> RayNeighbour<'n, 'r, 'a, F, B> {
-    /// The neighbour equation of v, which has B numbers for every cell.
+// By hand: a derive would ask the equation to be `Clone` and `Copy`.
+impl<E, F: Real, const B: usize> Clone for RayNeighbour<'_, E, F, B> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+impl<E, F: Real, const B: usize> Copy for RayNeighbour<'_, E, F, B> {}
+
+impl<'n, E: RoomEquation<F>, F: Real, const B: usize> RayNeighbour<'n, E, F, B> {
+    /// The neighbour equation of v, which has B numbers of every channel, cell by cell.
     ///
     /// # Errors
-    /// [`RoomError::Length`]: v has another length than n B. [`RoomError::Tables`]: a number in the tables leads nowhere, a
+    /// [`RoomError::Length`]: v or a table has another length. [`RoomError::Tables`]: a number in the tables leads nowhere, a
     /// stretch has no interval or no box, or probabilities do not grow to 1.
-    pub fn new(
-        polynomials: &'n PolynomialRoom<'r, 'a, F, B>,
-        v: &'n [F],
-        control: RayControl<'n, F>,
-    ) -> Result<Self, RoomError> {
-        let cells = polynomials.cells();
-        let (expected, found) = (cells * B, v.len());
+    pub fn new(equation: &'n E, v: &'n [F], control: RayControl<'n, F>) -> Result<Self, RoomError> {
+        let (cells, channels) = (equation.room().cells(), equation.channels());
+        let (expected, found) = (cells * channels * B, v.len());
         if found != expected {
             return Err(RoomError::Length { expected, found });
         }
-        control.check(cells)?;
+        control.check(cells, channels)?;
         Ok(Self {
-            polynomials,
+            equation,
             v,
             control,
         })
     }
 
-    #[inline]
-    fn view(&self, x: &Located<Point<F>>) -> Option<View<'n, F>> {
-        self.control.view(self.polynomials.room(), x)
-    }
-
     /// v(y) where a ray from x leads; 0 where it leaves.
     #[inline]
-    fn seen(&self, x: &Point<F>, omega: F) -> F {
-        let y = self.polynomials.room().ray(x, omega);
-        y.map_or(zero(), |y| self.value(&self.locate(y)))
+    fn seen(&self, x: &Point<F>, omega: F) -> E::Value {
+        match self.equation.room().ray(x, omega) {
+            Some(y) => self.value(&self.locate(y)),
+            None => self.nothing(),
+        }
+    }
+
+    fn nothing(&self) -> E::Value {
+        E::Value::splat(self.equation.channels(), zero())
+    }
+
+    /// What v has beyond c in a box, times the width of the interval, and what is left out of the integral of c over the interval:
+    /// both times the width of the box.
+    #[inline]
+    fn lacks(
+        &self,
+        x: &Point<F>,
+        view: &View<'_, F>,
+        left_out: &E::Value,
+        [from, width]: [F; 2],
+        (number, place): (usize, F),
+    ) -> Option<[E::Value; 2]> {
+        let ([box_from, box_width], own) = view.parts.boxes.row(number)?;
+        let seen = self.seen(x, from + width * (box_from + box_width * place));
+        let terms = products(view.psi.first_chunk()?, place);
+        let beyond = E::Value::from_fn(self.equation.channels(), |channel| {
+            let own = own.get(channel * PRODUCTS..).unwrap_or(&[]);
+            seen.get(channel) - combined::<F, PRODUCTS>(own, &terms)
+        });
+        Some([
+            beyond.scaled(width * box_width),
+            beyond.scaled(width).plus(left_out).scaled(box_width),
+        ])
+    }
+
+    /// The integral of c over the intervals whose integrals are exact.
+    #[inline]
+    fn near(&self, view: &View<'_, F>) -> Option<E::Value> {
+        let mut sum = self.nothing();
+        let mut near = view.parts.near;
+        while near != 0 {
+            let k = near.trailing_zeros() as usize;
+            near &= near - 1;
+            sum = sum.plus(&self.mean(view, k)?);
+        }
+        Some(sum)
+    }
+
+    /// The integral of c over an interval.
+    #[inline]
+    fn mean(&self, view: &View<'_, F>, k: usize) -> Option<E::Value> {
+        let [_, width] = view.between(k);
+        let (_, own) = view.parts.intervals.row(k)?;
+        Some(E::Value::from_fn(self.equation.channels(), |channel| {
+            let own = own.get(channel * OF_INTERVAL..).unwrap_or(&[]);
+            width * combined::<F, TERMS>(own, &view.psi)
+        }))
     }
 
     /// The estimate of G, of a box by its number and a place in it.
     #[inline]
-    fn draw(&self, x: &Located<Point<F>>, chosen: F, place: F) -> Option<F> {
-        let view = self.view(x)?;
+    fn draw(&self, x: &Located<Point<F>>, chosen: F, place: F) -> Option<E::Value> {
+        let channels = self.equation.channels();
+        let view = self.control.view(self.equation.room(), x, channels)?;
         let (number, probability) = view.chosen(chosen)?;
-        let share = view.shares.get(number)?;
-        let ray_box = view.boxes.get(number)?;
-        let room = self.polynomials.room();
-        let tangent = room.geometry().wall(x.point.wall() as u32)?.tangent;
-        let position = x.point.position();
-        let psi: &[F; TERMS] = view.psi.first_chunk()?;
-        let mut sum = product(&view.stretch.integral, &view.psi);
-        let mut near = view.near();
-        while near != 0 {
-            let k = near.trailing_zeros() as usize;
-            near &= near - 1;
-            let [_, width] = between(view.intervals, k, position, tangent);
-            sum += width * product(&view.intervals.get(k)?.mean, psi);
-        }
-        let k = share.interval as usize;
-        let [from, width] = between(view.intervals, k, position, tangent);
-        let omega = from + width * (ray_box.from + ray_box.width * place);
-        let lacks = self.seen(&x.point, omega) - control(&ray_box.control, psi, place);
-        let own = lacks * width + view.left_out(k, width)?;
-        sum += own * ray_box.width / probability;
-        Some(self.value(x) - room.reflectance(&x.point) * sum)
+        let k = view.parts.shares.get(number)?.interval as usize;
+        let interval = view.between(k);
+        let left_out = view.left_out(k, interval[1], channels)?;
+        let [_, own] = self.lacks(&x.point, &view, &left_out, interval, (number, place))?;
+        let per_probability = one::<F>() / probability;
+        let integral = E::Value::from_fn(channels, |channel| {
+            let own = view.parts.integral.get(channel * PLACES..);
+            combined::<F, PLACES>(own.unwrap_or(&[]), &view.psi)
+        });
+        let sum = self
+            .near(&view)?
+            .plus(&integral)
+            .plus(&own.scaled(per_probability));
+        let reflectance = self.equation.kernel(&x.point, &x.point);
+        Some(self.value(x).minus(&reflectance.times(&sum)))
     }
 
     /// The integral of v over all directions, and the variance of the estimate of G, by Gauss points in quarters of all boxes:
     /// of a jump in one they know the place to a sixteenth.
-    fn moments(&self, x: &Located<Point<F>>) -> Option<[F; 2]> {
-        let view = self.view(x)?;
-        let wall = self
-            .polynomials
-            .room()
-            .geometry()
-            .wall(x.point.wall() as u32)?;
-        let psi: &[F; TERMS] = view.psi.first_chunk()?;
-        let [mut squares, mut drawn, mut mean, mut known] = [zero::<F>(); 4];
-        let mut boxes = view.boxes.iter().zip(view.shares).peekable();
+    fn moments(&self, x: &Located<Point<F>>) -> Option<[E::Value; 2]> {
+        let channels = self.equation.channels();
+        let view = self.control.view(self.equation.room(), x, channels)?;
+        let nothing = self.nothing();
+        let (mut all, mut squares, mut drawn) = (nothing, nothing, nothing);
+        let mut boxes = view.parts.shares.iter().enumerate().peekable();
         let mut before = zero::<F>();
-        for (k, interval) in view.intervals.iter().enumerate() {
-            let [from, width] = between(view.intervals, k, x.point.position(), wall.tangent);
-            known += width * product(&interval.mean, psi);
-            let left_out = view.left_out(k, width)?;
-            while let Some((ray_box, share)) =
-                boxes.next_if(|(_, share)| share.interval as usize == k)
-            {
-                let probability = share.to::<F>() - before;
+        for k in 0..view.parts.count {
+            let interval = view.between(k);
+            all = all.plus(&self.mean(&view, k)?);
+            let left_out = view.left_out(k, interval[1], channels)?;
+            let of_interval = |share: &Share| share.interval as usize == k;
+            while let Some((number, share)) = boxes.next_if(|(_, share)| of_interval(share)) {
+                let per_probability = one::<F>() / (share.to::<F>() - before);
                 before = share.to();
                 for (place, weight) in PARTS.into_iter().flat_map(in_part) {
-                    let [place, weight] = [place, weight].map(F::from_f64);
-                    let omega = from + width * (ray_box.from + ray_box.width * place);
-                    let lacks = self.seen(&x.point, omega) - control(&ray_box.control, psi, place);
-                    mean += weight * width * ray_box.width * lacks;
-                    let own = (lacks * width + left_out) * ray_box.width;
-                    squares += weight * own * own / probability;
-                    drawn += weight * own;
+                    let [place, weight] = [place, weight].each(F::from_f64);
+                    let [beyond, own] =
+                        self.lacks(&x.point, &view, &left_out, interval, (number, place))?;
+                    all = all.plus(&beyond.scaled(weight));
+                    squares = squares.plus(&own.times(&own).scaled(weight * per_probability));
+                    drawn = drawn.plus(&own.scaled(weight));
                 }
             }
         }
-        let reflectance = wall.reflectance;
-        let variance = reflectance * reflectance * (squares - drawn * drawn).max(zero());
-        Some([known + mean, variance])
+        let reflectance = self.equation.kernel(&x.point, &x.point);
+        let variance = squares.minus(&drawn.times(&drawn));
+        let variance = E::Value::from_fn(channels, |channel| variance.get(channel).max(zero()));
+        Some([all, reflectance.times(&reflectance).times(&variance)])
     }
 }
 
@@ -338,62 +467,26 @@ impl Share {
     }
 }
 
-impl<F: Real> View<'_, F> {
-    /// The number of the box that a uniform number chooses, and its probability.
-    #[inline]
-    pub(crate) fn chosen(&self, chosen: F) -> Option<(usize, F)> {
-        let last = self.shares.len().checked_sub(1)?;
-        let number = self
-            .shares
-            .partition_point(|share| share.to::<F>() <= chosen);
-        let number = if number < last { number } else { last };
-        let before = number.checked_sub(1);
-        let before = before.and_then(|before| self.shares.get(before));
-        let share = self.shares.get(number)?;
-        Some((
-            number,
-            share.to::<F>() - before.map_or_else(zero, Share::to),
-        ))
-    }
-
-    /// A bit for every interval whose integral is exact.
-    #[inline]
-    pub(crate) fn near(&self) -> u64 {
-        let [low, high] = self.stretch.near.each(u64::from);
-        low | high << 32
-    }
-
-    /// What the polynomial lacks of the integral of c over an interval of this width; 0 where there is none.
-    #[inline]
-    fn left_out(&self, k: usize, width: F) -> Option<F> {
-        if self.near() >> k & 1 == 1 {
-            return Some(zero());
-        }
-        let interval = self.intervals.get(k)?;
-        let mean = product(&interval.mean, self.psi.first_chunk()?);
-        Some(width * mean - product(&interval.integral, &self.psi))
-    }
-}
-
-/// The ω at which interval k begins, as seen from a point of a wall, and its width there. Together intervals are [0, 1], whatever the
-/// vertices are: where two change places, the interval between them counts less than nothing.
+/// The ω at which interval k begins, as seen from a point of a wall, and its width there. `end` gives the vertex towards which an
+/// interval ends; the last one has none. Together intervals are [0, 1], whatever the vertices are: where two change places, the
+/// interval between them counts less than nothing.
 #[inline]
 pub(crate) fn between<F: Real>(
-    intervals: &[Interval<F>],
+    end: impl Fn(usize) -> Option<Vector<F>>,
     k: usize,
     position: Vector<F>,
     tangent: Vector<F>,
 ) -> [F; 2] {
-    let end = |k: usize| match intervals.get(k) {
-        Some(interval) if k + 1 < intervals.len() => {
+    let omega = |k: usize| match end(k) {
+        Some(vertex) => {
             // NaN, in the vertex itself, is 0.
-            let omega = omega_of(position, tangent, interval.end).max(zero());
+            let omega = omega_of(position, tangent, vertex).max(zero());
             if omega < one() { omega } else { one() }
         }
-        _ => one(),
+        None => one(),
     };
-    let from = k.checked_sub(1).map_or_else(zero, end);
-    [from, end(k) - from]
+    let from = k.checked_sub(1).map_or_else(zero, omega);
+    [from, omega(k) - from]
 }
 
 /// The ω of the ray from a point of a wall to a vertex: (1 + sin φ)/2.
@@ -404,23 +497,27 @@ pub(crate) fn omega_of<F: Real>(position: Vector<F>, tangent: Vector<F>, vertex:
     half + half * dot(tangent, to) / dot(to, to).sqrt()
 }
 
-/// Adds a box's part, by its width as a fraction of the interval, to the means of c over an interval in all channels: the functions
-/// of s have none but the first.
+/// Adds a box's part, by its width as a fraction of the interval, to the mean of c over an interval: the functions of s have none
+/// but the first.
 #[cfg(feature = "alloc")]
-pub(crate) fn add_means<F: Real>(means: &mut [F], width: F, control: &[F], channels: usize) {
+pub(crate) fn add_mean<F: Real>(mean: &mut [F], width: F, control: &[F]) {
     let mut first = 0;
-    for (degree, means) in means.chunks_exact_mut(channels).enumerate() {
-        let terms = control.get(first * channels..).unwrap_or(&[]);
-        for (mean, &term) in means.iter_mut().zip(terms) {
-            *mean += width * term;
-        }
+    for (degree, mean) in mean.iter_mut().enumerate() {
+        *mean += width * control.get(first).copied().unwrap_or(F::NAN);
         first += TERMS - degree;
     }
 }
 
+/// The combination of functions with the first N numbers of a slice.
 #[inline]
-pub(crate) fn product<F: Real, const N: usize>(a: &[F; N], b: &[F; N]) -> F {
-    a.iter().zip(b).fold(zero(), |sum, (&a, &b)| sum + a * b)
+pub(crate) fn combined<F: Real, const N: usize>(own: &[F], psi: &[F]) -> F {
+    match (own.first_chunk::<N>(), psi.first_chunk::<N>()) {
+        (Some(own), Some(psi)) => own
+            .iter()
+            .zip(psi)
+            .fold(zero(), |sum, (&a, &b)| sum + a * b),
+        _ => F::NAN,
+    }
 }
 
 /// The products of which c is a combination, of ψ of a stretch and of a place in a box.
@@ -437,60 +534,74 @@ pub(crate) fn products<F: Real>(psi: &[F; TERMS], place: F) -> [F; PRODUCTS] {
     products
 }
 
-/// c.
-#[inline]
-pub(crate) fn control<F: Real>(c: &[F; PRODUCTS], psi: &[F; TERMS], place: F) -> F {
-    let terms = products(psi, place);
-    let pairs = c.iter().zip(terms);
-    pairs.fold(zero(), |sum, (&c, term)| sum + c * term)
-}
-
-impl<F: Real, const B: usize> StateSpace for RayNeighbour<'_, '_, '_, F, B> {
+impl<E, F: Real, const B: usize> Space for RayNeighbour<'_, E, F, B> {
     type Scalar = F;
     type Point = Point<F>;
 }
 
-impl<F: Real, const B: usize> Neighbour for RayNeighbour<'_, '_, '_, F, B> {
+impl<E: RoomEquation<F>, F: Real, const B: usize> Neighbour for RayNeighbour<'_, E, F, B> {
+    type Value = E::Value;
+
     #[inline]
     fn locate(&self, x: Point<F>) -> Located<Point<F>> {
         Located {
             point: x,
-            cell: self.polynomials.locate(&x),
+            cell: self.equation.room().locate(&x),
         }
     }
 
     /// h = k.
     #[inline]
-    fn kernel(&self, _: &Located<Point<F>>, _: &Located<Point<F>>, k: F) -> F {
-        k
+    fn kernel(&self, _: &Located<Point<F>>, _: &Located<Point<F>>, k: &E::Value) -> E::Value {
+        *k
     }
 
-    fn source(&self, x: &Located<Point<F>>, draws: &mut dyn Uniforms<F>) -> F {
+    fn is_pointwise(&self) -> bool {
+        true
+    }
+
+    fn source(&self, x: &Located<Point<F>>, draws: &mut dyn Uniforms<F>) -> E::Value {
         let (chosen, place) = (draws.uniform(), draws.uniform());
-        self.draw(x, chosen, place).unwrap_or(F::NAN)
+        let missing = || E::Value::splat(self.equation.channels(), F::NAN);
+        self.draw(x, chosen, place).unwrap_or_else(missing)
     }
 
-    fn source_moments(&self, x: &Located<Point<F>>) -> [F; 2] {
-        let [all, variance] = self.moments(x).unwrap_or([F::NAN; 2]);
-        // k does not depend on y: (1 − q0) k = ρ. What lights give to other walls has no closed integral.
-        let seen = if self.polynomials.room().lights().is_empty() {
-            F::from_f64(self.polynomials.irradiance_of(&x.point, self.v))
+    fn source_moments(&self, x: &Located<Point<F>>) -> [E::Value; 2] {
+        let channels = self.equation.channels();
+        let missing = E::Value::splat(channels, F::NAN);
+        let [all, variance] = self.moments(x).unwrap_or([missing; 2]);
+        // What lights give to other walls has no closed integral.
+        let seen = if self.equation.room().lights().is_empty() {
+            let exact = self.equation.room();
+            let exact: <E::Value as Value<F>>::Wide = exact.irradiance_of::<_, B>(&x.point, self.v);
+            E::Value::from_fn(channels, |channel| F::from_f64(exact.get(channel)))
         } else {
             all
         };
-        let kernel = self.polynomials.kernel(&x.point, &x.point);
-        let mean = self.value(x) - kernel * self.polynomials.room().survival() * seen;
-        [mean, variance]
+        let reflectance = self.equation.kernel(&x.point, &x.point);
+        [self.value(x).minus(&reflectance.times(&seen)), variance]
     }
 
     #[inline]
-    fn value(&self, x: &Located<Point<F>>) -> F {
-        let own = self.v.get(x.cell * B..).and_then(<[F]>::first_chunk::<B>);
-        let psi = self.polynomials.basis(x);
-        let light = self.polynomials.room().reflected_light(&x.point);
-        own.map_or(F::NAN, |own| {
-            let terms = own.iter().zip(psi);
-            terms.fold(light, |sum, (&v, psi)| sum + v * psi)
-        })
+    fn value(&self, x: &Located<Point<F>>) -> E::Value {
+        let polynomials = polynomials::<E, F, B>(self.equation, self.v, x);
+        self.equation
+            .light(&x.point, &mut NoDraws)
+            .plus(&polynomials)
     }
+}
+
+/// What v has in a point beside the light that is known, of B numbers of every channel, cell by cell.
+#[inline]
+pub(crate) fn polynomials<E: RoomEquation<F>, F: Real, const B: usize>(
+    equation: &E,
+    v: &[F],
+    x: &Located<Point<F>>,
+) -> E::Value {
+    let channels = equation.channels();
+    let psi: [F; B] = equation.room().basis(x);
+    let own = v.get(x.cell * channels * B..).unwrap_or(&[]);
+    E::Value::from_fn(channels, |channel| {
+        combined::<F, B>(own.get(channel * B..).unwrap_or(&[]), &psi)
+    })
 }

@@ -1,18 +1,20 @@
-//! The equation, its chain and its partition.
+//! The equation, its chain and its cells.
 
-use fredholm_core::galerkin::{Basis, PairIntegral, Partition, TransitionMoments};
-use fredholm_core::{
-    Kernel, Located, Real, Sampler, Source, StateSpace, TransitionDensity, Uniforms,
-};
+use core::ops::Range;
+
+use fredholm_core::galerkin::{Basis, Cells};
+use fredholm_core::global::Stationary;
+use fredholm_core::{Chain, Density, Equation, Located, Real, Space, Uniforms};
 use num_traits::{one, zero};
 
-use crate::RoomError;
-use crate::cells::Cells;
 use crate::geometry::{Backs, Geometry, Wall, lambert, nobody};
-use crate::moments::Rules;
-use crate::pairs::{Visibility, VisibilityTable};
+use crate::moments::MOST;
+use crate::pairs::VisibilityTable;
+use crate::panels::Panels;
+use crate::partition::Partition;
 use crate::vector::{along, dot, norm, sub};
-use crate::visible::{Part, Viewer};
+use crate::visible::Viewer;
+use crate::{Hit, RoomError};
 
 /// A point of a wall, with what its maker knew: wall, distance from the wall's first vertex, cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,6 +26,14 @@ pub struct Point<F> {
 }
 
 impl<F: Real> Point<F> {
+    /// The point of a wall or cell that there is not.
+    const NOWHERE: Self = Self {
+        position: [F::NAN; 2],
+        along: F::NAN,
+        wall: u32::MAX,
+        cell: u32::MAX,
+    };
+
     /// The coordinates of the point.
     #[inline]
     #[must_use]
@@ -46,7 +56,7 @@ impl<F: Real> Point<F> {
     }
 
     #[inline]
-    const fn viewer(&self) -> Viewer<F> {
+    pub(crate) const fn viewer(&self) -> Viewer<F> {
         Viewer {
             wall: self.wall,
             position: self.position,
@@ -63,99 +73,61 @@ impl<F: Real> Point<F> {
 /// over all walls, where V is 1 where x and y see each other and 0 elsewhere, and θ are the angles
 /// of the line from x to y with the walls' normals. The measure is length.
 ///
-/// The chain is p(x,y) = (1 − q0) V cos θ_x cos θ_y/(2|x − y|), q ≡ q0: a walk goes where light
-/// goes. Hence k(x,y) = ρ(x)/(1 − q0), and p_j(x) is 1 − q0 times the form factor from the point to
-/// cell j. Where the room is open a walk that leaves ends.
+/// The chain is p(x,y) = V cos θ_x cos θ_y/(2|x − y|): a walk goes where light goes. Hence k(x,y) = ρ(x), and p_j(x) is
+/// the form factor from the point to cell j. Where the room is open a walk that leaves ends.
+///
+/// A cell may have B = degree + 1 Legendre polynomials, at most 5.
+///
+/// **Starts** of global estimates are uniform over the length of all walls. p is symmetric, as light goes both ways: a closed
+/// room preserves their density. Of an open one, which walks leave more often in some places than in others, starts alone
+/// have it.
 #[derive(Clone, Copy, Debug)]
 pub struct Room<'a, F> {
     geometry: Geometry<'a, F>,
-    cells: Cells<'a, F>,
+    partition: Partition<'a, F>,
+    /// The lengths of all walls before each, and of all.
+    lengths: &'a [f64],
     views: VisibilityTable<'a>,
     /// The walls whose emission the last step leads to.
-    lights: &'a [u32],
-    absorption: F,
-    survival: F,
-    per_survival: F,
+    pub(crate) lights: &'a [u32],
+    /// Rules for every number of functions on a cell.
+    panels: [Panels<F>; MOST],
 }
 
 impl<'a, F: Real> Room<'a, F> {
-    /// The room with these walls, this partition and absorption probability q0. `views` are those
-    /// of the same partition.
+    /// The room with these walls and this partition. `lengths` are those of all walls before each, and of all; `views` are
+    /// those of the partition.
     ///
     /// # Errors
-    /// [`RoomError::Absorption`] for q0 outside (0, 1).
+    /// [`RoomError::Length`]: `lengths` has not one entry more than there are walls.
     pub fn new(
         geometry: Geometry<'a, F>,
-        cells: Cells<'a, F>,
+        partition: Partition<'a, F>,
+        lengths: &'a [f64],
         views: VisibilityTable<'a>,
-        absorption: f64,
     ) -> Result<Self, RoomError> {
-        let q = F::from_f64(absorption);
-        if !(q > zero() && q < one()) {
-            return Err(RoomError::Absorption);
+        let (expected, found) = (geometry.walls().len() + 1, lengths.len());
+        if expected != found {
+            return Err(RoomError::Length { expected, found });
         }
-        let survival = one::<F>() - q;
-        Ok(Self {
+        Ok(Self::made(geometry, partition, lengths, views))
+    }
+
+    /// The room of tables that belong together.
+    pub(crate) fn made(
+        geometry: Geometry<'a, F>,
+        partition: Partition<'a, F>,
+        lengths: &'a [f64],
+        views: VisibilityTable<'a>,
+    ) -> Self {
+        Self {
             geometry,
-            cells,
+            partition,
+            lengths,
             views,
             lights: &[],
-            absorption: q,
-            survival,
-            per_survival: one::<F>() / survival,
-        })
-    }
-
-    /// The equation w = T_K w + T_K F_s + F − F_s of w = u − F_s, where F_s is the emission of some walls, the lights: a small
-    /// light is met by few walks, and a last step to it is made in every state that scores. See
-    /// [`LastStep`](fredholm_core::LastStep).
-    ///
-    /// In a room nothing has to be drawn for it: (T_K F_s)(x) is ρ Σ_l F_l F_x→l with the form factors of what x sees of the
-    /// lights, in closed form.
-    ///
-    /// `lights` are numbers of walls that grow. Without any it is the equation of u.
-    ///
-    /// # Errors
-    /// [`RoomError::Lights`]: there is no such wall, or numbers do not grow.
-    ///
-    /// ```
-    /// use fredholm_core::Source;
-    /// use fredholm_room::{
-    ///     Enclosure, Grading, Material, Mesh, Room, Scene, Surface, Tables, VisibilityTable,
-    /// };
-    ///
-    /// let material = |emission| [Material { reflectance: 0.5, emission }];
-    /// let (lamp, dark) = (material(1.0), material(0.0));
-    /// let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]];
-    /// let floor = Surface { points: &corners[..2], materials: &lamp };
-    /// let rest = Surface { points: &corners[1..], materials: &dark };
-    /// let scene = Scene::new::<f64>(&[floor, rest], Enclosure::Closed)?;
-    /// let mesh = Mesh::new::<f64>(&scene, 4, Grading::default())?;
-    /// let tables = Tables::<f64>::new(&scene, &mesh);
-    /// let (geometry, cells) = (tables.geometry(), tables.cells());
-    /// let room = Room::new(geometry, cells, VisibilityTable::none(), 0.5)?;
-    /// let to_the_light = room.with_lights(&[0])?;
-    /// // The floor's emission is known; from the middle of the ceiling it is seen under twice the angle whose tangent is ½.
-    /// assert_eq!(to_the_light.source(&room.point(0, 0.5)?), 0.0);
-    /// let ceiling = to_the_light.source(&room.point(2, 0.5)?);
-    /// assert!((ceiling - 0.5 / 5f64.sqrt()).abs() < 1e-15);
-    /// # Ok::<(), fredholm_room::RoomError>(())
-    /// ```
-    pub fn with_lights(self, lights: &'a [u32]) -> Result<Self, RoomError> {
-        let grow = lights.iter().zip(lights.iter().skip(1)).all(|(a, b)| a < b);
-        let walls = self.geometry().walls().len();
-        let lead = lights.iter().all(|&light| (light as usize) < walls);
-        if grow && lead {
-            Ok(Self { lights, ..self })
-        } else {
-            Err(RoomError::Lights)
+            panels: core::array::from_fn(|b| Panels::new(b + 1)),
         }
-    }
-
-    /// The numbers of the walls whose emission is F_s.
-    #[must_use]
-    pub const fn lights(&self) -> &'a [u32] {
-        self.lights
     }
 
     /// The walls.
@@ -166,8 +138,8 @@ impl<'a, F: Real> Room<'a, F> {
 
     /// The partition.
     #[must_use]
-    pub const fn table(&self) -> Cells<'a, F> {
-        self.cells
+    pub const fn partition(&self) -> &Partition<'a, F> {
+        &self.partition
     }
 
     /// The views of its pairs.
@@ -176,24 +148,31 @@ impl<'a, F: Real> Room<'a, F> {
         self.views
     }
 
+    /// The rules for so many functions on a cell.
+    #[inline]
+    pub(crate) fn panels(&self, functions: usize) -> &Panels<F> {
+        let [.., last] = &self.panels;
+        self.panels.get(functions.wrapping_sub(1)).unwrap_or(last)
+    }
+
     /// The point at this fraction of a wall.
     ///
     /// # Errors
     /// [`RoomError::Wall`] where there is no such wall, [`RoomError::Fraction`] outside [0, 1].
-    pub fn point(&self, wall: usize, fraction: f64) -> Result<Point<F>, RoomError> {
+    pub fn on_wall(&self, wall: usize, fraction: f64) -> Result<Point<F>, RoomError> {
         let Some(found) = self.geometry.walls().get(wall) else {
             return Err(RoomError::Wall { wall });
         };
         if !(0.0..=1.0).contains(&fraction) {
             return Err(RoomError::Fraction);
         }
-        Ok(self.at(wall as u32, found, F::from_f64(fraction)))
+        Ok(self.point_of(wall as u32, found, F::from_f64(fraction)))
     }
 
     /// The point at the fraction `t` of cell `cell`.
     #[must_use]
     pub fn inside(&self, cell: usize, t: F) -> Option<Point<F>> {
-        let (wall, from, to) = self.cells.edges(cell)?;
+        let (wall, from, to) = self.partition.edges(cell)?;
         let (near, distance) = if t <= F::from_f64(0.5) {
             (from, t * (to.along - from.along))
         } else {
@@ -208,23 +187,9 @@ impl<'a, F: Real> Room<'a, F> {
         })
     }
 
-    /// The point at a fraction of a wall that exists.
     #[inline]
-    pub(crate) fn point_at(&self, wall: usize, fraction: F) -> Point<F> {
-        match self.geometry.walls().get(wall) {
-            Some(found) => self.at(wall as u32, found, fraction),
-            None => Point {
-                position: [F::NAN; 2],
-                along: F::NAN,
-                wall: u32::MAX,
-                cell: u32::MAX,
-            },
-        }
-    }
-
-    #[inline]
-    pub(crate) fn at(&self, wall: u32, found: &Wall<F>, fraction: F) -> Point<F> {
-        let hit = crate::Hit {
+    pub(crate) fn point_of(&self, wall: u32, found: &Wall<F>, fraction: F) -> Point<F> {
+        let hit = Hit {
             wall,
             fraction,
             distance: zero(),
@@ -235,8 +200,29 @@ impl<'a, F: Real> Room<'a, F> {
             position: hit.position(found),
             along,
             wall,
-            cell: self.cells.find(wall, along),
+            cell: self.partition.find(wall, along),
         }
+    }
+
+    /// The length of all walls before this one.
+    #[inline]
+    pub(crate) fn length_before(&self, wall: usize) -> f64 {
+        self.lengths.get(wall).copied().unwrap_or(f64::NAN)
+    }
+
+    /// A point of consecutive walls by a uniform number, with the same probability on equal lengths.
+    #[inline]
+    pub(crate) fn uniform_on(&self, walls: &Range<usize>, xi: F) -> Point<F> {
+        let [begin, end] = [walls.start, walls.end].map(|wall| self.length_before(wall));
+        let place = begin + xi.to_f64() * (end - begin);
+        let later = self.lengths.get(walls.start + 1..walls.end).unwrap_or(&[]);
+        let number = walls.start + later.partition_point(|&sum| sum <= place);
+        let before = self.length_before(number);
+        let fraction = (place - before) / (self.length_before(number + 1) - before);
+        let Some(wall) = self.geometry.walls().get(number) else {
+            return Point::NOWHERE;
+        };
+        self.point_of(number as u32, wall, F::from_f64(fraction.clamp(0.0, 1.0)))
     }
 
     /// Where a ray from `x` leads, or `None` where it leaves: the cosine law, by one uniform
@@ -247,7 +233,7 @@ impl<'a, F: Real> Room<'a, F> {
         let direction = lambert(from, xi);
         let hit = self.geometry.cast(x.wall, x.position, direction)?;
         let wall = self.geometry.wall(hit.wall)?;
-        Some(self.at(hit.wall, wall, hit.fraction))
+        Some(self.point_of(hit.wall, wall, hit.fraction))
     }
 
     /// Where a ray from `x` leads, as [`scatter`](Self::scatter) has it, by a call: for what is compiled for every number of
@@ -267,42 +253,13 @@ impl<'a, F: Real> Room<'a, F> {
             .nearest(&nobody, u32::MAX, position, direction, Backs::Block);
         let hit = hit.filter(|hit| !hit.back)?;
         let wall = self.geometry.wall(hit.wall)?;
-        Some(self.at(hit.wall, wall, hit.fraction))
+        Some(self.point_of(hit.wall, wall, hit.fraction))
     }
 
+    /// ρ, or another number, of the wall of a point.
     #[inline]
-    pub(crate) fn reflectance(&self, x: &Point<F>) -> F {
-        self.geometry.wall(x.wall).map_or(F::NAN, |w| w.reflectance)
-    }
-
-    /// The form factor from `x` to cell `j`: the light that leaves x and arrives there.
-    #[inline]
-    #[must_use]
-    pub fn form_factor(&self, x: &Point<F>, j: usize) -> F {
-        let Some(part) = self.cells.part(j) else {
-            return F::NAN;
-        };
-        match self.views.visibility(x.cell as usize, j) {
-            Visibility::None => zero(),
-            Visibility::Partial => self.geometry.visible(&x.viewer(), &part),
-            Visibility::Full | Visibility::FullBounded => {
-                self.geometry.unobstructed(&x.viewer(), &part)
-            }
-        }
-    }
-
-    /// The form factor from `x` to a whole wall, by what x sees of it; NaN if there is no such wall.
-    #[must_use]
-    pub fn form_factor_of_wall(&self, x: &Point<F>, wall: usize) -> F {
-        let Some(found) = self.geometry.walls().get(wall) else {
-            return F::NAN;
-        };
-        let part = Part {
-            wall: wall as u32,
-            ends: found.ends,
-            length: found.length,
-        };
-        self.geometry.visible(&x.viewer(), &part)
+    fn of_wall(&self, x: &Point<F>, of: impl Fn(&Wall<F>) -> F) -> F {
+        self.geometry.wall(x.wall).map_or(F::NAN, of)
     }
 
     /// cos θ_x cos θ_y/(2|x − y|) where each is in front of the other, as if nothing else stood in the room; 0 elsewhere.
@@ -319,46 +276,6 @@ impl<'a, F: Real> Room<'a, F> {
         let span = sub(y.position, x.position);
         let square = dot(span, span);
         F::from_f64(0.5) * out * into / (square * square.sqrt())
-    }
-
-    /// Calls `each` with what [`Geometry::measure`] says of cell `j`.
-    #[inline]
-    pub(crate) fn measure<const B: usize>(
-        &self,
-        rules: &Rules<F, B>,
-        x: &Point<F>,
-        j: usize,
-        mut each: impl FnMut(F, &[F; B]),
-    ) {
-        match self.cells.part(j) {
-            Some(part) => {
-                let view = self.views.visibility(x.cell as usize, j);
-                self.geometry.measure(rules, &x.viewer(), &part, view, each);
-            }
-            None => each(F::NAN, &[F::NAN; B]),
-        }
-    }
-
-    /// Where in cell `i` a point of it is: −1 and 1 are the cell's ends.
-    #[inline]
-    pub(crate) fn coordinate(&self, x: &Point<F>, i: usize) -> F {
-        let Some((_, from, to)) = self.cells.edges(i) else {
-            return F::NAN;
-        };
-        let t = (x.along - from.along) / (to.along - from.along);
-        t + t - one()
-    }
-
-    /// 1 − q0.
-    #[inline]
-    pub(crate) const fn survival(&self) -> F {
-        self.survival
-    }
-
-    /// 1/(1 − q0).
-    #[inline]
-    pub(crate) const fn per_survival(&self) -> F {
-        self.per_survival
     }
 
     /// Whether `x` sees `y`: the first wall on the way from x is that of y.
@@ -384,78 +301,104 @@ impl<'a, F: Real> Room<'a, F> {
     }
 }
 
-impl<F: Real> StateSpace for Room<'_, F> {
+impl<F: Real> Space for Room<'_, F> {
     type Scalar = F;
     type Point = Point<F>;
 }
 
-impl<F: Real> Sampler for Room<'_, F> {
-    #[inline]
-    fn absorption(&self, _: &Point<F>) -> F {
-        self.absorption
-    }
-
+impl<F: Real> Chain for Room<'_, F> {
     #[inline]
     fn step<U: Uniforms<F>>(&self, x: &Point<F>, uniforms: &mut U) -> Option<Point<F>> {
         self.scatter(x, uniforms.uniform())
     }
 }
 
-impl<F: Real> TransitionDensity for Room<'_, F> {
+impl<F: Real> Density for Room<'_, F> {
     fn density(&self, x: &Point<F>, y: &Point<F>) -> F {
         let density = self.facing(x, y);
         if density > zero() && !self.sees(x, y) {
             return zero();
         }
-        self.survival * density
+        density
     }
 }
 
-impl<F: Real> Kernel for Room<'_, F> {
+impl<F: Real> Equation for Room<'_, F> {
+    type Value = F;
+
     #[inline]
     fn kernel(&self, x: &Point<F>, _: &Point<F>) -> F {
-        self.reflectance(x) * self.per_survival
+        self.of_wall(x, |wall| wall.reflectance)
     }
-}
 
-impl<F: Real> Source for Room<'_, F> {
     #[inline]
-    fn source(&self, x: &Point<F>) -> F {
-        if !self.lights.is_empty() {
-            return self.source_of_lights(x);
-        }
-        self.geometry.wall(x.wall).map_or(F::NAN, |w| w.emission)
+    fn source<U: Uniforms<F>>(&self, x: &Point<F>, _: &mut U) -> F {
+        self.of_wall(x, |wall| wall.emission)
+    }
+
+    /// ρ(x): with roulette weights stay 1.
+    #[inline]
+    fn size(&self, x: &Point<F>) -> F {
+        self.kernel(x, x)
     }
 }
 
-impl<F: Real> Partition for Room<'_, F> {
+impl<F: Real> Cells for Room<'_, F> {
+    const DIMENSION: usize = 1;
+
     fn cells(&self) -> usize {
-        self.cells.len()
+        self.partition.len()
     }
 
     #[inline]
     fn locate(&self, x: &Point<F>) -> usize {
         x.cell as usize
     }
-}
 
-impl<F: Real> Basis for Room<'_, F> {
+    fn measure(&self, cell: usize) -> f64 {
+        self.partition.length(cell).to_f64()
+    }
+
+    fn point(&self, cell: usize, t: &[f64]) -> Point<F> {
+        let t = t.first().copied().unwrap_or(f64::NAN);
+        let point = self.inside(cell, F::from_f64(t));
+        point.unwrap_or(Point::NOWHERE)
+    }
+
+    /// The fraction of the cell before a point.
     #[inline]
-    fn basis(&self, _: &Located<Point<F>>) -> [F; 1] {
-        [one()]
+    fn parameters(&self, x: &Located<Point<F>>, t: &mut [F]) {
+        t.fill(match self.partition.edges(x.cell) {
+            Some((_, from, to)) => (x.point.along - from.along) / (to.along - from.along),
+            None => F::NAN,
+        });
+    }
+
+    /// The point of a wall at a fraction of it: the coordinates are the wall's number and the fraction.
+    fn at(&self, coordinates: &[f64]) -> Option<Point<F>> {
+        match *coordinates {
+            [wall, fraction] if wall >= 0.0 && wall as usize as f64 == wall => {
+                self.on_wall(wall as usize, fraction).ok()
+            }
+            _ => None,
+        }
     }
 }
 
-impl<F: Real> TransitionMoments for Room<'_, F> {
-    #[inline]
-    fn moments(&self, x: &Located<Point<F>>, j: usize) -> [[F; 1]; 1] {
-        [[self.survival * self.form_factor(&x.point, j)]]
-    }
-}
+impl<F: Real, const B: usize> Basis<B> for Room<'_, F> {}
 
-impl<F: Real> PairIntegral for Room<'_, F> {
+impl<F: Real, E: Space<Scalar = F, Point = Point<F>> + ?Sized> Stationary<E> for Room<'_, F> {
     #[inline]
-    fn pair_integral(&self, x: &Located<Point<F>>, j: usize) -> [F; 1] {
-        [self.reflectance(&x.point) * self.form_factor(&x.point, j)]
+    fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> Point<F> {
+        self.uniform_on(&(0..self.geometry.walls().len()), uniforms.uniform())
+    }
+
+    #[inline]
+    fn start_density(&self, _: &Point<F>) -> f64 {
+        1.0 / self.length_before(self.geometry.walls().len())
+    }
+
+    fn is_preserved(&self) -> bool {
+        !self.geometry.is_open()
     }
 }

@@ -2,83 +2,24 @@
 
 use alloc::vec::Vec;
 
-use fredholm_core::Kernel;
-use fredholm_core::galerkin::{
-    Dense, GalerkinMatrix, Solution, buffer, collatz_wielandt_bounds, reserve,
-};
+use fredholm_core::galerkin::{Dense, GalerkinMatrix, Solution, buffer, reserve};
 
-use crate::{Matrix, Mesh, PolynomialRoom, RoomError, RoomPairs, Scene, WallColours};
+use crate::{Material, Matrix, Mesh, RoomError, Scene, WallColours};
 
-/// The spectral radius of T_k²p, estimated by powers of its Galerkin matrix ρ_i K'_ij/(1 − q0).
-/// Plain walks have a finite variance, and so have preconditioned ones up to the quality of h, if
-/// it is below 1; it is at most max ρ²/(1 − q0).
-///
-/// O(n²) for each of 100 powers.
-///
-/// # Errors
-/// [`RoomError::Memory`].
-pub fn second_moment_radius(
-    scene: &Scene,
-    mesh: &Mesh,
-    matrix: &Matrix<'_>,
-    absorption: f64,
-) -> Result<f64, RoomError> {
-    let (n, functions) = (matrix.cells(), matrix.functions());
-    let (mut w, mut next) = (buffer(n)?, buffer(n)?);
-    w.fill(1.0);
-    let mut apply = |w: &[f64], out: &mut [f64]| {
-        // The first row of every cell's: K'_(i0)(j0) are among them.
-        let rows = matrix.entries().chunks_exact(n.max(1) * functions);
-        let rows = rows.step_by(functions);
-        for ((out, row), &wall) in out.iter_mut().zip(rows).zip(&mesh.walls) {
-            let means = row.iter().step_by(functions);
-            let sum: f64 = means.zip(w).map(|(k, w)| k * w).sum();
-            let wall = scene.walls.get(wall as usize);
-            *out = sum * wall.map_or(f64::NAN, |w| w.reflectance) / (1.0 - absorption);
+/// v of all channels as walks take it: B numbers of every channel, cell by cell, from the solutions of the channels.
+#[must_use]
+pub fn side_by_side(solutions: &[Solution], functions: usize) -> Vec<f64> {
+    let unknowns = solutions.first().map_or(0, |first| first.v.len());
+    let mut all = Vec::with_capacity(unknowns * solutions.len());
+    for from in (0..unknowns).step_by(functions.max(1)) {
+        for own in solutions {
+            all.extend_from_slice(own.v.get(from..from + functions).unwrap_or(&[]));
         }
-    };
-    let [_, upper] = collatz_wielandt_bounds(&mut apply, &mut w, &mut next, 100);
-    Ok(upper)
-}
-
-/// The spectral radius of T_h²p with B functions per cell and these pairs, as
-/// `fredholm_core::galerkin::second_moment_radius` estimates it from the three Gauss points of
-/// every cell: where cells are too few for the degree it may be above 1, and error bars lie.
-///
-/// # Errors
-/// [`RoomError::Memory`]; [`RoomError::Length`], where the matrix is not of this room's cells, and
-/// [`RoomError::Galerkin`], where it is of another number of functions.
-pub fn neighbour_second_moment_radius<const B: usize>(
-    polynomials: &PolynomialRoom<'_, '_, f64, B>,
-    matrix: &Matrix<'_>,
-    pairs: RoomPairs<'_>,
-) -> Result<f64, RoomError> {
-    let room = polynomials.room();
-    let (cells, found) = (room.table().len(), matrix.cells());
-    if cells != found {
-        return Err(RoomError::Length {
-            expected: cells,
-            found,
-        });
     }
-    let points = |i: usize| {
-        let places = [0.112_701_665_379_258_3, 0.5, 0.887_298_334_620_741_7].into_iter();
-        places.filter_map(move |t| room.inside(i, t))
-    };
-    let radius = fredholm_core::galerkin::second_moment_radius(
-        polynomials,
-        &matrix.coefficients(),
-        &pairs,
-        points,
-        |x, j| {
-            let k = room.kernel(&x.point, &x.point);
-            k * k * room.survival() * room.form_factor(&x.point, j)
-        },
-    )?;
-    Ok(radius)
+    all
 }
 
-impl Matrix<'_> {
+impl Matrix {
     /// The Galerkin solution of the room whose matrix this is: solves (41) by Gauss–Seidel sweeps
     /// until no residual is above `tolerance` times the largest |F'_i|, at most `at_most` sweeps.
     ///
@@ -92,20 +33,8 @@ impl Matrix<'_> {
         tolerance: f64,
         at_most: u32,
     ) -> Result<Solution, RoomError> {
-        if self.cells() != mesh.len() {
-            return Err(RoomError::Length {
-                expected: mesh.len(),
-                found: self.cells(),
-            });
-        }
-        // (nB)² numbers are there, so that nB is one. F is constant on walls.
-        let mut source = buffer(mesh.len() * self.functions())?;
-        for (source, &wall) in source.iter_mut().step_by(self.functions()).zip(&mesh.walls) {
-            let wall = scene.walls.get(wall as usize);
-            *source = wall.map_or(f64::NAN, |w| w.emission);
-        }
-        let coefficients = self.coefficients();
-        Ok(Solution::new(&coefficients, source, tolerance, at_most)?)
+        let own = |wall| scene.material(wall);
+        self.solve_materials((scene, mesh), &own, (tolerance, at_most))
     }
 
     /// The Galerkin solutions of all channels of the room whose matrix this is, each as [`solve`](Self::solve) has it: the
@@ -121,35 +50,49 @@ impl Matrix<'_> {
         tolerance: f64,
         at_most: u32,
     ) -> Result<Vec<Solution>, RoomError> {
-        for (expected, found) in [
-            (mesh.len(), self.cells()),
-            (scene.walls.len(), colours.walls()),
-        ] {
-            if expected != found {
-                return Err(RoomError::Length { expected, found });
-            }
+        let (expected, found) = (scene.walls.len(), colours.walls());
+        if expected != found {
+            return Err(RoomError::Length { expected, found });
         }
         let mut all = reserve(colours.channels())?;
-        let mut shares: Vec<f64> = buffer(mesh.len())?;
         for channel in 0..colours.channels() {
-            let mut source = buffer(mesh.len() * self.functions())?;
-            let sources = source.iter_mut().step_by(self.functions());
-            for ((share, source), &wall) in shares.iter_mut().zip(sources).zip(&mesh.walls) {
-                let of = |own: &[f64]| own.get(channel).copied().unwrap_or(f64::NAN);
-                let wall = wall as usize;
-                let most = scene.walls.get(wall).map_or(f64::NAN, |w| w.reflectance);
-                let reflectance = of(colours.reflectances(wall));
-                // Of a black wall all coefficients are 0.
-                *share = if most == 0.0 { 0.0 } else { reflectance / most };
-                *source = of(colours.emissions(wall));
-            }
-            let coefficients = Shares {
-                of: self.coefficients(),
-                shares: &shares,
-            };
-            all.push(Solution::new(&coefficients, source, tolerance, at_most)?);
+            let own = |wall| colours.material(wall, channel);
+            all.push(self.solve_materials((scene, mesh), &own, (tolerance, at_most))?);
         }
         Ok(all)
+    }
+
+    /// The solution for these materials of walls.
+    fn solve_materials(
+        &self,
+        (scene, mesh): (&Scene, &Mesh),
+        material: &dyn Fn(usize) -> Material,
+        (tolerance, at_most): (f64, u32),
+    ) -> Result<Solution, RoomError> {
+        let (expected, found) = (mesh.len(), self.cells());
+        if expected != found {
+            return Err(RoomError::Length { expected, found });
+        }
+        let mut shares: Vec<f64> = buffer(mesh.len())?;
+        // (nB)² numbers are there, so that nB is one. F is constant on walls.
+        let mut source = buffer(mesh.len() * self.functions())?;
+        let sources = source.iter_mut().step_by(self.functions());
+        for ((share, source), &wall) in shares.iter_mut().zip(sources).zip(&mesh.walls) {
+            let own = material(wall as usize);
+            let most = scene.material(wall as usize).reflectance;
+            // Of a black wall all coefficients are 0.
+            *share = if most == 0.0 {
+                0.0
+            } else {
+                own.reflectance / most
+            };
+            *source = own.emission;
+        }
+        let coefficients = Shares {
+            of: self.coefficients(),
+            shares: &shares,
+        };
+        Ok(Solution::new(&coefficients, source, tolerance, at_most)?)
     }
 }
 

@@ -5,10 +5,11 @@ use fredholm_core::array::Each;
 
 use fredholm_core::Real;
 
-use crate::cells::{Cells, Edge};
 use crate::geometry::{Geometry, Node, Strip, Wall};
+use crate::pairs::VisibilityTable;
+use crate::partition::{Edge, Partition, PartitionTables};
 use crate::scene::rounding;
-use crate::{Enclosure, Mesh, Scene};
+use crate::{Enclosure, Mesh, Room, Scene};
 
 /// The tables of a room in the walk's scalar.
 #[derive(Clone, Debug)]
@@ -82,13 +83,23 @@ impl<F: Real> Tables<F> {
 
     /// The partition.
     #[must_use]
-    pub fn cells(&self) -> Cells<'_, F> {
-        Cells::made(&self.edges, &self.cell_walls, &self.first)
+    pub fn partition(&self) -> Partition<'_, F> {
+        Partition::made(PartitionTables {
+            edges: &self.edges,
+            walls: &self.cell_walls,
+            first: &self.first,
+        })
     }
 
-    /// The length of all walls before each, and of all: for [`MeanOver`](crate::MeanOver).
+    /// The lengths of all walls before each, and of all.
     #[must_use]
     pub fn lengths(&self) -> &[f64] {
         &self.lengths
+    }
+
+    /// The room with these tables, and with the views of its cells.
+    #[must_use]
+    pub fn room<'a>(&'a self, views: VisibilityTable<'a>) -> Room<'a, F> {
+        Room::made(self.geometry(), self.partition(), &self.lengths, views)
     }
 }

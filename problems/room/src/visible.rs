@@ -285,7 +285,7 @@ mod tests {
     use core::f64::consts::{PI, TAU};
 
     use crate::{
-        Enclosure, Grading, Material, Mesh, Room, Scene, Seen, Surface, Tables, VisibilityTable,
+        Enclosure, Grading, Material, Mesh, Scene, Seen, Surface, Tables, VisibilityTable,
     };
 
     /// A square of this size with 16 triangles in it whose vertices are on a lattice, as drawings are.
@@ -338,8 +338,7 @@ mod tests {
             let scene = Scene::new::<f64>(&surfaces, Enclosure::Closed).unwrap();
             let mesh = Mesh::new::<f64>(&scene, 10, Grading::default()).unwrap();
             let tables = Tables::<f64>::new(&scene, &mesh);
-            let (geometry, cells) = (tables.geometry(), tables.cells());
-            let room = &Room::new(geometry, cells, VisibilityTable::none(), 0.2).unwrap();
+            let room = &tables.room(VisibilityTable::none());
             for number in 0..160 * 160 {
                 let pixel = 40.0 * unit / 160.0;
                 let position = [number / 160, number % 160].map(|k| (f64::from(k) + 0.5) * pixel);

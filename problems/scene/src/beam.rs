@@ -9,15 +9,6 @@ use crate::vector::{dot, sub};
 
 /// Light that no surface emits. What it gives directly is a known function of the place, so that it belongs to F: the
 /// source of u is F(x) + ρ(x) E(x), with the irradiance E that follows.
-///
-/// ```
-/// use fredholm_scene::Beam;
-///
-/// // The irradiance 3 below a lamp of 18 watts per steradian is 18/3² = 2; that of the sun does not depend on the place.
-/// let lamp = Beam::Point { at: [0.0, 0.0, 3.0], intensity: 18.0 };
-/// let sun = Beam::Parallel { towards: [0.0, 0.0, 1.0], irradiance: 900.0 };
-/// assert_ne!(lamp, sun);
-/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Beam<F> {
     /// A point source: E = I cos θ/r² where it is seen.
@@ -41,36 +32,39 @@ impl Beam<f64> {
     /// The beam with coordinates rounded to a scalar, and a direction of length 1; `None`: a number is not finite, the
     /// strength is negative, or the direction is none.
     pub(crate) fn rounded<F: Real>(&self) -> Option<Beam<F>> {
-        let is_good = |vector: &[f64; 3], strength: f64| {
-            vector.iter().all(|x| x.is_finite()) && strength >= 0.0 && strength.is_finite()
-        };
-        match *self {
-            Self::Point { at, intensity } => is_good(&at, intensity).then(|| Beam::Point {
-                at: at.map(F::from_f64),
-                intensity: F::from_f64(intensity),
+        let (Self::Point {
+            at: vector,
+            intensity: strength,
+        }
+        | Self::Parallel {
+            towards: vector,
+            irradiance: strength,
+        }) = *self;
+        let is_good =
+            vector.iter().all(|x| x.is_finite()) && (0.0..f64::INFINITY).contains(&strength);
+        let size = F::from_f64(strength);
+        match self {
+            Self::Point { .. } => is_good.then(|| Beam::Point {
+                at: vector.map(F::from_f64),
+                intensity: size,
             }),
-            Self::Parallel {
-                towards,
-                irradiance,
-            } => {
-                let length = crate::vector::norm(towards);
-                (is_good(&towards, irradiance) && length > 0.0 && length.is_finite()).then(|| {
-                    Beam::Parallel {
-                        towards: towards.map(|x| F::from_f64(x / length)),
-                        irradiance: F::from_f64(irradiance),
-                    }
+            Self::Parallel { .. } => {
+                let length = crate::vector::norm(vector);
+                (is_good && length > 0.0 && length.is_finite()).then(|| Beam::Parallel {
+                    towards: vector.map(|x| F::from_f64(x / length)),
+                    irradiance: size,
                 })
             }
         }
     }
 }
 
-impl<F: Real> Radiosity<'_, F> {
+impl<F: Real, C> Radiosity<'_, F, C> {
     /// E, the irradiance by beams: a ray for each.
     pub(crate) fn irradiance_of_beams(&self, x: &Receiver<'_, F>) -> F {
         let emitter = x.on.and_then(|(point, _)| self.face(point));
         let mut sum = zero::<F>();
-        for beam in self.beams {
+        for beam in self.tables.beams {
             let (direction, distance, strength) = match *beam {
                 Beam::Point { at, intensity } => {
                     let to = sub(at, x.position);
@@ -88,7 +82,7 @@ impl<F: Real> Radiosity<'_, F> {
                 continue;
             }
             // A back is in the way, too, where there may be one.
-            let backs = self.backs();
+            let backs = self.geometry.backs();
             let hit = self.geometry.nearest(emitter, x.position, direction, backs);
             if hit.is_none_or(|hit| hit.distance >= distance) {
                 sum += strength * cosine;

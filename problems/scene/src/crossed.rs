@@ -15,7 +15,7 @@ use crate::vector::{Vector, dot, sub};
 /// The event of a face is that the ray crosses it from its active side, whatever is in between: its probability is the form
 /// factor of the part above the horizon, a sum over edges. No visibility is asked for, so that these serve behind obstacles,
 /// too.
-impl<F: Real> StepEvents<2> for Radiosity<'_, F> {
+impl<F: Real, C> StepEvents<2> for Radiosity<'_, F, C> {
     fn towards(&self, cell: usize) -> Option<u32> {
         self.patch_of(cell).map(|(face, _)| face)
     }
@@ -34,7 +34,7 @@ impl<F: Real> StepEvents<2> for Radiosity<'_, F> {
 
     fn occurring(&self, step: &SampledStep<'_, Point<F>, F, 2>, events: &[u32]) -> u32 {
         let x = step.from;
-        let (Some(own), Some(side)) = (self.face(x), self.sides.get(x.face as usize)) else {
+        let (Some(own), Some(side)) = (self.face(x), self.tables.sides.get(x.face as usize)) else {
             return 0;
         };
         let direction = match step.to {
@@ -54,7 +54,7 @@ impl<F: Real> StepEvents<2> for Radiosity<'_, F> {
     }
 }
 
-impl<F: Real> Radiosity<'_, F> {
+impl<F: Real, C> Radiosity<'_, F, C> {
     /// Whether a ray crosses a face from its active side.
     #[inline]
     fn crosses(&self, (number, face): (u32, &Face<F>), from: Vector<F>, along: Vector<F>) -> bool {
@@ -64,10 +64,14 @@ impl<F: Real> Radiosity<'_, F> {
         };
         let length = height / fall;
         let at = crate::vector::along(from, length, along);
-        let Some(side) = self.sides.get(number as usize) else {
+        let Some(side) = self.tables.sides.get(number as usize) else {
             return false;
         };
-        let own = self.patches.get(side.patch as usize..).unwrap_or(&[]);
+        let own = self
+            .tables
+            .patches
+            .get(side.patch as usize..)
+            .unwrap_or(&[]);
         let mut own = own.iter().take(side.patches as usize);
         own.any(|patch| is_on(patch, at))
     }

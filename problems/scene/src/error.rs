@@ -124,8 +124,6 @@ pub enum SceneError {
     Tables,
     /// More than 2²⁸ cells.
     Cells,
-    /// The absorption probability is NaN or outside (0, 1).
-    Absorption,
     /// A position is not on a face.
     Point {
         /// The number of the face.
@@ -182,7 +180,6 @@ impl fmt::Display for SceneError {
                 f,
                 "beam {beam}: its numbers must be finite, its strength must not be negative, and a direction must have a length"
             ),
-            Self::Absorption => write!(f, "the absorption probability must lie between 0 and 1"),
             Self::Point { face } => write!(f, "the position is not on face {face}"),
             Self::Direction => {
                 f.write_str("a direction must have finite coordinates, one of which is not 0")

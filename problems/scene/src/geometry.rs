@@ -199,14 +199,4 @@ impl<'a, F: Real> Geometry<'a, F> {
         let leaves = leaves(self.nodes, outside).filter_map(|range| triangles.get(range));
         leaves.flatten()
     }
-
-    /// Calls `each` for all triangles of leaves that `outside` does not leave out.
-    #[cfg(feature = "alloc")]
-    pub(crate) fn visit(
-        &self,
-        outside: &mut dyn FnMut(&Node<F>) -> bool,
-        each: &mut dyn FnMut(&Triangle<F>),
-    ) {
-        self.but(outside).for_each(each);
-    }
 }

@@ -42,16 +42,15 @@ mod tables;
 use fredholm_surfaces::space as vector;
 
 pub use beam::Beam;
-pub use cells::{FacePatch, Side};
-pub use coloured::Coloured;
+pub use cells::{CellTables, FacePatch, Side};
+pub use coloured::{Coloured, Colours, Grey, Tint};
 pub use error::{Place, SceneError};
 pub use fredholm_surfaces::{Enclosure, Material, STEFAN_BOLTZMANN};
 pub use geometry::{Face, Geometry, Node, Triangle};
 pub use lambert::{form_factor_from_origin, form_factor_of_point};
-pub use light::LastStepWork;
-pub use means::Mean;
 #[cfg(feature = "alloc")]
-pub use means::{FaceStarts, areas};
+pub use means::areas;
+pub use means::{FaceStarts, Mean};
 #[cfg(feature = "alloc")]
 pub use mesh::Cells;
 pub use radiosity::{Point, Radiosity};

@@ -1,16 +1,14 @@
 //! The last step of a walk, to the light.
 
-#[cfg(feature = "alloc")]
-use fredholm_core::galerkin::CellMap;
-use fredholm_core::galerkin::Partition;
-use fredholm_core::{Real, SourceSampler, Uniforms};
+use fredholm_core::galerkin::Cells as _;
+use fredholm_core::{Real, Uniforms, Value as _};
 use num_traits::{one, zero};
 
+use crate::cells::folded;
+use crate::coloured::Tint;
 use crate::geometry::Face;
 use crate::lambert::form_factor_from_origin as from_origin;
 use crate::radiosity::{Point, Radiosity};
-use crate::ray::Backs;
-use crate::skylight::SKY;
 use crate::vector::{Vector, along, cross, dot, norm, sub};
 
 /// From this many widths on a triangle is far: points that are uniform on it are nearly uniform in the solid angle.
@@ -94,28 +92,6 @@ impl<F: Real> Choice<F> {
     }
 }
 
-/// What a last step to the light takes.
-#[derive(Clone, Copy, Debug)]
-pub struct LastStepWork {
-    /// The number of lights that shine towards the point, whatever is between: it looks at all of them.
-    pub lights: f64,
-    /// The number of rays to the one that it chooses: several in half-shadow.
-    pub rays: f64,
-}
-
-/// Rays to a light of which the cell sees this share.
-fn rays_of<F: Real>(share: F) -> u32 {
-    let is_partial = share > zero() && share < one();
-    if is_partial { PARTIAL } else { 1 }
-}
-
-/// Whether a light shines towards a point, whatever is between.
-#[inline]
-fn shines<F: Real>(light: &Face<F>, x: &Receiver<'_, F>) -> bool {
-    let is_in_front = dot(light.normal, sub(x.position, light.corners[0])) > zero();
-    is_in_front && x.on.is_none_or(|(_, plane)| plane != light.plane)
-}
-
 /// Where light falls: on a face, or on a surface between them that is too small to change anything.
 pub(crate) struct Receiver<'p, F> {
     pub(crate) position: Vector<F>,
@@ -142,70 +118,41 @@ struct Light<F> {
     factor: F,
 }
 
-impl<F: Real> Radiosity<'_, F> {
+impl<F: Real, C: Tint<F>> Radiosity<'_, F, C> {
     /// The shares of each light that each cell sees, times 255, from so many rays for each: row by row, one number for
     /// every light. With them the last step to the light varies less; whether they are right makes no other difference.
     #[cfg(feature = "alloc")]
     #[must_use]
     pub fn visible_shares(&self, rays: u32) -> alloc::vec::Vec<u8> {
-        let seeds = fredholm_core::WalkSeeds::<fredholm_core::DefaultGenerator>::new(1, u64::MAX);
+        use fredholm_core::{DefaultGenerator, RngUniforms, WalkSeeds};
+        let seeds = WalkSeeds::<DefaultGenerator>::new(1, u64::MAX);
         let mut shares = alloc::vec::Vec::new();
         for cell in 0..self.cells_of_faces() {
-            let mut draws = fredholm_core::RngUniforms(seeds.generator(cell as u64));
-            for place in 0..self.lights.len() {
-                let (mut seen, mut aimed) = (0.0, 0.0);
+            let mut draws = RngUniforms(seeds.generator(cell as u64));
+            for place in 0..self.tables.lights.len() {
+                let (mut seen, mut aimed) = (0_u32, 0_u32);
                 for _ in 0..rays {
                     let t: [f64; 2] = [draws.uniform(), draws.uniform()];
                     let x = self.point(cell, &t);
                     let numbers = [draws.uniform(), draws.uniform(), draws.uniform()];
                     if let Some(x) = self.receiver(&x)
-                        && let Some(light) = self.light(&x, place)
+                        && let Some(light) = self.light_from(&x, place)
                         && let Some(aim) = self.aim(&x, &light, numbers)
                     {
-                        aimed += 1.0;
-                        seen += if self.sees(&x, light.face, &aim) {
-                            1.0
-                        } else {
-                            0.0
-                        };
+                        aimed += 1;
+                        seen += u32::from(self.sees(&x, light.face, &aim));
                     }
                 }
-                let share: f64 = if aimed > 0.0 { seen / aimed } else { 1.0 };
+                let share = if aimed > 0 {
+                    f64::from(seen) / f64::from(aimed)
+                } else {
+                    1.0
+                };
                 // Rounded to the nearest.
                 shares.push((255.0 * share + 0.5) as u8);
             }
         }
         shares
-    }
-
-    /// What a last step takes, in the mean over cells. Of more than 1,024 cells some are looked at.
-    #[cfg(feature = "alloc")]
-    #[must_use]
-    pub fn last_step_work(&self) -> LastStepWork {
-        let all = self.cells_of_faces();
-        let (mut lights, mut rays, mut cells) = (0.0, 0.0, 0.0);
-        for cell in (0..all).step_by(all.div_ceil(1024).max(1)) {
-            let x = self.point(cell, &[0.5, 0.5]);
-            let Some(x) = self.receiver(&x) else { continue };
-            let (mut own, mut weights) = (0.0, 0.0);
-            for place in 0..self.lights.len() {
-                let face = self.lights.get(place).and_then(|&l| self.geometry.face(l));
-                let Some(face) = face.filter(|face| shines(face, &x)) else {
-                    continue;
-                };
-                lights += 1.0;
-                let factor = self.light(&x, place).map_or(zero(), |light| light.factor);
-                let weight = (face.emission * factor).to_f64().abs();
-                own += weight * f64::from(rays_of(self.share(&x, place)));
-                weights += weight;
-            }
-            rays += if weights > 0.0 { own / weights } else { 0.0 };
-            cells += 1.0;
-        }
-        LastStepWork {
-            lights: lights / cells,
-            rays: rays / cells,
-        }
     }
 
     /// The point of a face as one on which light falls.
@@ -221,10 +168,11 @@ impl<F: Real> Radiosity<'_, F> {
 
     /// A light as x sees it, if there is nothing between; `None`: it is behind x or x behind it.
     #[inline]
-    fn light(&self, x: &Receiver<'_, F>, place: usize) -> Option<Light<F>> {
-        let face = *self.lights.get(place)?;
+    fn light_from(&self, x: &Receiver<'_, F>, place: usize) -> Option<Light<F>> {
+        let face = *self.tables.lights.get(place)?;
         let light = self.geometry.face(face)?;
-        if !shines(light, x) {
+        let is_behind = dot(light.normal, sub(x.position, light.corners[0])) <= zero();
+        if is_behind || x.on.is_some_and(|(_, plane)| plane == light.plane) {
             return None;
         }
         let seen = Seen::new(light, x.position, x.normal);
@@ -257,25 +205,9 @@ impl<F: Real> Radiosity<'_, F> {
                 .cast(point.face, point.position, aim.direction),
             None => self
                 .geometry
-                .nearest(None, x.position, aim.direction, self.backs()),
+                .nearest(None, x.position, aim.direction, self.geometry.backs()),
         };
         hit.is_some_and(|hit| hit.face == face)
-    }
-
-    /// The emission that walks score where they meet the face of x.
-    #[inline]
-    pub(crate) fn own_emission(&self, x: &Point<F>) -> F {
-        let side = self.sides.get(x.face as usize);
-        side.map_or(F::NAN, |side| side.emission)
-    }
-
-    /// What backs do to rays that start between the faces.
-    pub(crate) const fn backs(&self) -> Backs {
-        if self.geometry.is_open() {
-            Backs::Block
-        } else {
-            Backs::Pass
-        }
     }
 
     /// An unbiased estimate of the light that reaches a point directly, ∫ F(y) cos θ_x cos θ_y V(x, y)/(π |x − y|²) dA(y),
@@ -291,48 +223,48 @@ impl<F: Real> Radiosity<'_, F> {
     /// has the right mean, since r has the mean 1, where l is the density of y. a is the share of the light that the cell
     /// sees: where that is all or nothing, there is no variance. y is uniform in the solid angle of a triangle that is
     /// near (Arvo 1995), and on the polygon if it is far.
-    pub(crate) fn sample_direct<U: Uniforms<F>>(&self, x: &Receiver<'_, F>, uniforms: &mut U) -> F {
-        self.sample_light(x, uniforms)
-            .map_or(zero(), |(_, direct)| direct)
-    }
-
-    /// The face of the light that is chosen, and the estimate that [`sample_direct`](Self::sample_direct) is. `None`: no light
-    /// is above the horizon.
-    pub(crate) fn sample_light<U: Uniforms<F>>(
-        &self,
-        x: &Receiver<'_, F>,
-        uniforms: &mut U,
-    ) -> Option<(u32, F)> {
+    pub(crate) fn direct<U: Uniforms<F>>(&self, x: &Receiver<'_, F>, uniforms: &mut U) -> C::Value {
         let mut choice = Choice {
             uniform: uniforms.uniform(),
             sum: zero(),
         };
-        let point = [uniforms.uniform(), uniforms.uniform()];
+        let [s, t] = [uniforms.uniform(), uniforms.uniform()];
         let mut chosen = None;
-        for place in 0..self.lights.len() {
-            let Some(light) = self.light(x, place) else {
+        for place in 0..self.tables.lights.len() {
+            let Some(light) = self.light_from(x, place) else {
                 continue;
             };
-            let emission = self
-                .geometry
-                .face(light.face)
-                .map_or(zero(), |l| l.emission);
+            let face = self.geometry.face(light.face);
+            let emission = face.map_or(zero(), |face| face.emission);
             // What takes light away has an emission below 0.
             let sign = one::<F>().copysign(emission);
             if choice.takes(sign * emission * light.factor) {
                 chosen = Some((light, sign));
             }
         }
-        let (light, sign) = chosen?;
-        let [s, t] = point;
+        let Some((light, sign)) = chosen else {
+            return self.white(zero());
+        };
         let visible = self.sample_visible(x, &light, [choice.uniform, s, t]);
-        Some((light.face, sign * choice.sum * visible))
+        let arriving = sign * choice.sum * visible;
+        self.tint.emission(light.face).scaled(arriving)
+    }
+
+    /// An estimate of all that reaches a point directly: from lights, from lamps at points and from the sun.
+    pub(crate) fn irradiance<U: Uniforms<F>>(
+        &self,
+        x: &Receiver<'_, F>,
+        uniforms: &mut U,
+    ) -> C::Value {
+        let of_lights = self.direct(x, uniforms);
+        of_lights.plus(&self.white(self.irradiance_of_beams(x)))
     }
 
     /// The mean of a + r (V − a) over a ray to a light, or over several in half-shadow.
     fn sample_visible(&self, x: &Receiver<'_, F>, light: &Light<F>, mut numbers: [F; 3]) -> F {
         let share = self.share(x, light.place);
-        let rays = rays_of(share);
+        let is_partial = share > zero() && share < one();
+        let rays = if is_partial { PARTIAL } else { 1 };
         let mut sum = zero::<F>();
         for ray in 0..rays {
             if ray > 0 {
@@ -361,7 +293,7 @@ impl<F: Real> Radiosity<'_, F> {
         };
         let share = self
             .shares
-            .get(self.locate(point) * self.lights.len() + place);
+            .get(self.locate(point) * self.tables.lights.len() + place);
         F::from_u32(u32::from(share.copied().unwrap_or(255))) / F::from_f64(255.0)
     }
 }
@@ -410,12 +342,8 @@ fn is_far<F: Real>(polygon: &[Vector<F>]) -> bool {
 }
 
 /// Uniform on the triangle: a direction, and one over its density in solid angles.
-fn on_triangle<F: Real>([a, b, c]: [Vector<F>; 3], [s, t]: [F; 2]) -> (Vector<F>, F) {
-    let (s, t) = if s + t > one() {
-        (one::<F>() - s, one::<F>() - t)
-    } else {
-        (s, t)
-    };
+fn on_triangle<F: Real>([a, b, c]: [Vector<F>; 3], numbers: [F; 2]) -> (Vector<F>, F) {
+    let [s, t] = folded(numbers);
     let spans = [sub(b, a), sub(c, a)];
     let y = along(along(a, s, spans[0]), t, spans[1]);
     let double = cross(spans[0], spans[1]);
@@ -486,29 +414,5 @@ fn mixed<F: Real>(a: Vector<F>, cosine: F, b: Vector<F>) -> Vector<F> {
         sum
     } else {
         a
-    }
-}
-
-impl<F: Real> SourceSampler for Radiosity<'_, F> {
-    #[inline]
-    fn sample_last_step<U: Uniforms<F>>(&self, x: &Point<F>, uniforms: &mut U) -> F {
-        if x.face == SKY {
-            return zero();
-        }
-        let direct = self.receiver(x).map(|on| self.sample_direct(&on, uniforms));
-        self.reflectance(x) * direct.unwrap_or(F::NAN)
-    }
-
-    #[inline]
-    fn rest_of_source(&self, x: &Point<F>) -> F {
-        if x.face == SKY {
-            return self.sky_emission(x);
-        }
-        let own = self.own_emission(x);
-        if self.beams.is_empty() {
-            return own;
-        }
-        let of_beams = self.receiver(x).map(|on| self.irradiance_of_beams(&on));
-        own + self.reflectance(x) * of_beams.unwrap_or(F::NAN)
     }
 }

@@ -1,17 +1,15 @@
 //! Means over faces.
 
-#[cfg(feature = "alloc")]
-use fredholm_core::LastStep;
-#[cfg(feature = "alloc")]
-use fredholm_core::whole::Starts;
-use fredholm_core::{Functional, Real, StateSpace, Uniforms};
+use fredholm_core::global::Stationary;
+use fredholm_core::{
+    Equation, Functional, Lights, Real, Space, Start, StartOf, Uniforms, Value, WideOf,
+};
 use num_traits::{one, zero};
 
 use crate::SceneError;
+use crate::cells::folded;
 use crate::geometry::{Face, Geometry};
 use crate::radiosity::Point;
-#[cfg(feature = "alloc")]
-use crate::radiosity::Radiosity;
 use crate::vector::{Vector, along, cross, norm, sub};
 
 /// The mean of u over some faces by area: walks start on them uniformly.
@@ -20,11 +18,11 @@ use crate::vector::{Vector, along, cross, norm, sub};
 /// use fredholm_scene::{Enclosure, Mean, Scene, areas, shapes};
 ///
 /// let scene = Scene::new::<f64>(&shapes::room([0.0; 3], [1.0, 1.0, 2.0]).surfaces(), Enclosure::Closed)?;
-/// let geometry = scene.geometry();
-/// // Of floor and one side, and of all.
-/// assert_eq!(Mean::new(geometry, &[0, 2], &areas(geometry, &[0, 2])?)?.area(), 3.0);
-/// let all = [0, 1, 2, 3, 4, 5];
-/// assert_eq!(Mean::new(geometry, &all, &areas(geometry, &all)?)?.area(), 10.0);
+/// // Of the floor and two sides.
+/// let (geometry, faces) = (scene.geometry(), [0, 2, 3]);
+/// let ends = areas(geometry, &faces)?;
+/// assert_eq!(ends, [1.0, 3.0, 5.0]);
+/// assert_eq!(Mean::new(geometry, &faces, &ends)?.area(), 5.0);
 /// # Ok::<(), fredholm_scene::SceneError>(())
 /// ```
 #[derive(Clone, Copy, Debug)]
@@ -40,14 +38,6 @@ pub struct Mean<'a, F> {
 ///
 /// # Errors
 /// [`SceneError::Face`]: there is no such face.
-///
-/// ```
-/// use fredholm_scene::{Enclosure, Scene, areas, shapes};
-///
-/// let scene = Scene::new::<f64>(&shapes::room([0.0; 3], [1.0, 1.0, 2.0]).surfaces(), Enclosure::Closed)?;
-/// assert_eq!(areas(scene.geometry(), &[0, 2, 3])?, [1.0, 3.0, 5.0]);
-/// # Ok::<(), fredholm_scene::SceneError>(())
-/// ```
 #[cfg(feature = "alloc")]
 pub fn areas<F: Real>(
     geometry: Geometry<'_, F>,
@@ -100,121 +90,121 @@ impl<'a, F: Real> Mean<'a, F> {
     pub const fn area(&self) -> F {
         self.area
     }
+
+    /// (F_s, Φ): the mean of the emission of lights, to which the last step leads.
+    #[must_use]
+    pub fn known<E>(&self, equation: &E) -> WideOf<E>
+    where
+        E: Lights<Scalar = F, Point = Point<F>>,
+    {
+        let mut sum = WideOf::<E>::splat(equation.channels(), 0.0);
+        let mut areas = 0.0;
+        for &number in self.faces {
+            let Some(face) = self.geometry.face(number) else {
+                continue;
+            };
+            let x = Point {
+                face: number,
+                position: face.middle(),
+            };
+            let area = face.area.to_f64();
+            sum = sum.plus(&equation.known(&x).wide().scaled(area));
+            areas += area;
+        }
+        sum.scaled(1.0 / areas)
+    }
+
+    /// A point that is uniform on the faces.
+    pub(crate) fn point<U: Uniforms<F>>(&self, uniforms: &mut U) -> Point<F> {
+        let numbers = [uniforms.uniform(), uniforms.uniform()];
+        let (place, share) = chosen(self.ends, uniforms.uniform() * self.area);
+        let number = self.faces.get(place).copied().unwrap_or(u32::MAX);
+        on_face(self.geometry, number, share, numbers)
+    }
+}
+
+/// The place of the first of ascending ends above a number, and how far that is from the end before to this one, from 0 to 1.
+pub(crate) fn chosen<F: Real>(ends: &[F], at: F) -> (usize, F) {
+    // Rounding may lead behind the last.
+    let place = ends.partition_point(|&end| end <= at);
+    let place = place.min(ends.len().saturating_sub(1));
+    let end = ends.get(place).copied().unwrap_or(F::NAN);
+    let before = place.checked_sub(1).and_then(|i| ends.get(i)).copied();
+    let before = before.unwrap_or(zero());
+    (place, (at - before) / (end - before))
 }
 
 /// A point that is uniform on a face, of which `share` is uniform, too, and tells the triangle of a quadrilateral.
-pub(crate) fn on_face<F: Real>(face: &Face<F>, share: F, [s, t]: [F; 2]) -> Vector<F> {
-    let [a, b, c, d] = face.corners;
-    let half = F::from_f64(0.5) * norm(cross(sub(b, a), sub(c, a)));
-    let is_first = face.count == 3 || share * face.area < half;
-    let (p, q) = if is_first { (b, c) } else { (c, d) };
-    let (s, t) = if s + t > one() {
-        (one::<F>() - s, one::<F>() - t)
-    } else {
-        (s, t)
+pub(crate) fn on_face<F: Real>(
+    geometry: Geometry<'_, F>,
+    face: u32,
+    share: F,
+    numbers: [F; 2],
+) -> Point<F> {
+    let on = |own: &Face<F>| -> Vector<F> {
+        let [a, b, c, d] = own.corners;
+        let half = F::from_f64(0.5) * norm(cross(sub(b, a), sub(c, a)));
+        let is_first = own.count == 3 || share * own.area < half;
+        let (p, q) = if is_first { (b, c) } else { (c, d) };
+        let [s, t] = folded(numbers);
+        along(along(a, s, sub(p, a)), t, sub(q, a))
     };
-    along(along(a, s, sub(p, a)), t, sub(q, a))
+    Point {
+        face,
+        position: geometry.face(face).map_or([F::NAN; 3], on),
+    }
 }
 
 impl<F: Real, E> Functional<E> for Mean<'_, F>
 where
-    E: StateSpace<Scalar = F, Point = Point<F>>,
+    E: Equation<Scalar = F, Point = Point<F>>,
 {
     #[inline]
-    fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> (Point<F>, F) {
-        self.draw(uniforms)
+    fn start<U: Uniforms<F>>(&self, equation: &E, uniforms: &mut U) -> StartOf<E> {
+        Start::of(equation, self.point(uniforms), one())
     }
 }
 
-impl<F: Real> Mean<'_, F> {
-    /// A start of a walk, and φ = 1: for whoever has functionals of several kinds.
-    pub fn draw<U: Uniforms<F>>(&self, uniforms: &mut U) -> (Point<F>, F) {
-        let numbers = [uniforms.uniform(), uniforms.uniform()];
-        let at = uniforms.uniform() * self.area;
-        // Rounding may lead behind the last.
-        let place = self.ends.partition_point(|&end| end <= at);
-        let place = place.min(self.faces.len().saturating_sub(1));
-        let before = place.checked_sub(1).and_then(|i| self.ends.get(i)).copied();
-        let number = self.faces.get(place).copied().unwrap_or(u32::MAX);
-        let position = self.geometry.face(number).map_or([F::NAN; 3], |face| {
-            let share = (at - before.unwrap_or(zero())) / face.area;
-            on_face(face, share, numbers)
-        });
-        let start = Point {
-            face: number,
-            position,
-        };
-        (start, one())
-    }
-}
-
-/// Starts of the walks of a whole function that are uniform on all faces, p0 = 1/A.
+/// Starts of the walks of a global estimate that are uniform on all faces, p0 = 1/A.
 ///
-/// p is symmetric, as light goes both ways, and q0 constant: a chain that no ray leaves preserves p0, with s = 1 − q0. Of others, which
-/// walks leave more often in some places than in others, starts alone have it.
-///
-/// ```
-/// use fredholm_core::{LastStep, whole::Starts};
-/// use fredholm_scene::{Cells, Enclosure, FaceStarts, Radiosity, Scene, Tables, areas, shapes};
-///
-/// let scene = Scene::new::<f64>(&shapes::room([0.0; 3], [1.0, 1.0, 2.0]).surfaces(), Enclosure::Closed)?;
-/// let (tables, cells) = (Tables::new(&scene), Cells::new(&scene, 6)?);
-/// let room = Radiosity::new(tables.geometry(), &cells, 0.25)?;
-/// let all = [0, 1, 2, 3, 4, 5];
-/// let ends = areas(room.geometry(), &all)?;
-/// let starts = FaceStarts::new(&room, &all, &ends, scene.enclosure())?;
-/// let survival = Starts::<LastStep<'_, Radiosity<'_, f64>>>::survival(&starts);
-/// assert_eq!(survival, Some(0.75));
-/// # Ok::<(), fredholm_scene::SceneError>(())
-/// ```
-#[cfg(feature = "alloc")]
+/// p is symmetric, as light goes both ways: a chain that no ray leaves preserves p0. Of others, which walks leave more often in
+/// some places than in others, starts alone have it.
 #[derive(Clone, Copy, Debug)]
-pub struct FaceStarts<'a, F> {
-    everywhere: Mean<'a, F>,
-    density: f64,
-    survival: Option<f64>,
-}
+pub struct FaceStarts<'a, F>(Mean<'a, F>);
 
-#[cfg(feature = "alloc")]
 impl<'a, F: Real> FaceStarts<'a, F> {
     /// The starts of a scene: `faces` are all of them, and `ends` their [`areas`].
     ///
     /// # Errors
     /// As [`Mean::new`]; [`SceneError::Length`]: these are not as many as there are faces.
     pub fn new(
-        radiosity: &Radiosity<'a, F>,
+        geometry: Geometry<'a, F>,
         faces: &'a [u32],
         ends: &'a [F],
-        enclosure: crate::Enclosure,
     ) -> Result<Self, SceneError> {
-        let geometry = radiosity.geometry();
         let (expected, found) = (geometry.faces().len(), faces.len());
         if expected != found {
             return Err(SceneError::Length { expected, found });
         }
-        let everywhere = Mean::new(geometry, faces, ends)?;
-        let stays = one::<F>() - radiosity.absorption_probability();
-        Ok(Self {
-            everywhere,
-            density: 1.0 / everywhere.area().to_f64(),
-            survival: (enclosure == crate::Enclosure::Closed).then_some(stays.to_f64()),
-        })
+        Ok(Self(Mean::new(geometry, faces, ends)?))
     }
 }
 
-#[cfg(feature = "alloc")]
-impl<'a, F: Real> Starts<LastStep<'a, Radiosity<'a, F>>> for FaceStarts<'_, F> {
+impl<F: Real, E> Stationary<E> for FaceStarts<'_, F>
+where
+    E: Space<Scalar = F, Point = Point<F>>,
+{
     #[inline]
     fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> Point<F> {
-        self.everywhere.draw(uniforms).0
+        self.0.point(uniforms)
     }
 
     #[inline]
     fn start_density(&self, _: &Point<F>) -> f64 {
-        self.density
+        1.0 / self.0.area.to_f64()
     }
 
-    fn survival(&self) -> Option<f64> {
-        self.survival
+    fn is_preserved(&self) -> bool {
+        !self.0.geometry.is_open()
     }
 }

@@ -8,20 +8,21 @@ use fredholm_core::{Real, SourcePart, best_lights};
 use crate::Scene;
 use crate::SceneError;
 use crate::beam::Beam;
-use crate::cells::{FacePatch, Side};
+use crate::cells::{CellTables, FacePatch, Side};
 use crate::geometry::Face;
-use crate::skylight::{SkyLight, SkyTables};
+use crate::skylight::SkyBand;
 use crate::vector::{Vector, cross, dot, norm, scale, sub, unit};
 
 /// The cells of all faces of a scene, and frames for directions, in the walk's scalar.
 #[derive(Clone, Debug)]
 pub struct Cells<F> {
-    pub(crate) patches: Vec<FacePatch<F>>,
-    pub(crate) sides: Vec<Side<F>>,
-    pub(crate) lights: Vec<u32>,
-    pub(crate) beams: Vec<Beam<F>>,
-    pub(crate) sky: Option<SkyTables<F>>,
-    pub(crate) cells: u32,
+    patches: Vec<FacePatch<F>>,
+    sides: Vec<Side<F>>,
+    lights: Vec<u32>,
+    beams: Vec<Beam<F>>,
+    sky_bands: Vec<SkyBand<F>>,
+    sky_emissions: Vec<F>,
+    cells: u32,
 }
 
 /// Most cells of a scene.
@@ -66,13 +67,24 @@ impl<F: Real> Cells<F> {
     }
 
     /// Cells whose edges are at most about so long.
+    ///
+    /// # Errors
+    /// [`SceneError::Cells`]: more than 2²⁸.
     fn of_size(scene: &Scene, size: f64) -> Result<Self, SceneError> {
+        let sky = scene.sky().into_iter();
+        let emissions = sky.clone().flat_map(|sky| &sky.emissions);
+        let band = |band: &SkyBand<f64>| SkyBand {
+            sines: band.sines.map(F::from_f64),
+            sectors: band.sectors,
+            first: band.first,
+        };
         let mut all = Self {
             patches: Vec::new(),
             sides: Vec::new(),
             lights: Vec::new(),
             beams: scene.beams().iter().filter_map(Beam::rounded).collect(),
-            sky: scene.sky().map(SkyLight::rounded),
+            sky_bands: sky.flat_map(|sky| &sky.bands).map(band).collect(),
+            sky_emissions: emissions.map(|&l| F::from_f64(l)).collect(),
             cells: 0,
         };
         let wanted: f64 = scene.faces().iter().map(|face| count(face, size)).sum();
@@ -106,34 +118,36 @@ impl<F: Real> Cells<F> {
         Ok(all)
     }
 
-    /// The sides of faces, their patches, and the numbers of the faces that emit: what [`Radiosity::of_tables`] takes, for
-    /// instance on a device.
+    /// The tables, borrowed: what [`Radiosity::of_tables`] takes, for instance on a device.
     ///
     /// ```
     /// use fredholm_scene::{Cells, Enclosure, Radiosity, Scene, Tables, shapes};
     ///
     /// let scene = Scene::new::<f64>(&shapes::room([0.0; 3], [1.0; 3]).surfaces(), Enclosure::Closed)?;
     /// let (tables, cells) = (Tables::<f64>::new(&scene), Cells::new(&scene, 24)?);
-    /// let (sides, patches, lights) = cells.tables();
-    /// assert_eq!([sides.len(), patches.len(), lights.len()], [6, 6, 0]);
-    /// assert!(Radiosity::of_tables(tables.geometry(), (sides, patches, lights), 0.25).is_ok());
+    /// let of_cells = cells.tables();
+    /// assert_eq!([of_cells.sides.len(), of_cells.patches.len(), of_cells.lights.len()], [6, 6, 0]);
+    /// assert!(Radiosity::of_tables(tables.geometry(), of_cells).is_ok());
     /// # Ok::<(), fredholm_scene::SceneError>(())
     /// ```
     ///
     /// [`Radiosity::of_tables`]: crate::Radiosity::of_tables
     #[must_use]
-    pub fn tables(&self) -> (&[Side<F>], &[FacePatch<F>], &[u32]) {
-        (&self.sides, &self.patches, &self.lights)
+    pub fn tables(&self) -> CellTables<'_, F> {
+        CellTables {
+            sides: &self.sides,
+            patches: &self.patches,
+            lights: &self.lights,
+            beams: &self.beams,
+            sky_bands: &self.sky_bands,
+            sky_emissions: &self.sky_emissions,
+        }
     }
 
     /// The number of cells, of which every patch of the sky is one.
     #[must_use]
     pub const fn number(&self) -> usize {
-        let patches = match &self.sky {
-            Some(sky) => sky.emissions.len(),
-            None => 0,
-        };
-        self.cells as usize + patches
+        self.cells as usize + self.sky_emissions.len()
     }
 }
 

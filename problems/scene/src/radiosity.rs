@@ -1,18 +1,16 @@
 //! The equation of light and heat on a scene, and its chain.
 
-use fredholm_core::galerkin::{Basis, CellMap, Partition};
-use fredholm_core::{
-    Kernel, Located, Real, Sampler, Source, StateSpace, TransitionDensity, Uniforms,
-};
+use fredholm_core::galerkin::{Basis, Cells};
+use fredholm_core::{Chain, Density, Equation, Lights, Located, Real, Space, Uniforms, Value};
 use num_traits::{one, zero};
 
 use crate::SceneError;
-use crate::beam::Beam;
-use crate::cells::{FacePatch, Side, square_polynomials};
+use crate::cells::{CellTables, FacePatch, folded, polynomials};
+use crate::coloured::{Grey, Tint};
 use crate::geometry::{Face, Geometry};
-use crate::ray::Backs;
-use crate::skylight::{SKY, SkyBand};
-use crate::vector::{Vector, along, dot, norm, sub};
+use crate::ray::{Backs, Hit};
+use crate::skylight::SKY;
+use crate::vector::{Vector, along, cross, dot, norm, sub};
 
 /// A point of a face, or of the sky.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,6 +21,16 @@ pub struct Point<F> {
     pub position: [F; 3],
 }
 
+impl<F> Point<F> {
+    /// The point that a ray met.
+    fn of(hit: Hit<F>) -> Self {
+        Self {
+            face: hit.face,
+            position: hit.point,
+        }
+    }
+}
+
 /// Light or heat between the faces of a scene (Heinrich 1995, section 5, in space):
 ///
 /// ```text
@@ -30,13 +38,13 @@ pub struct Point<F> {
 /// ```
 ///
 /// where V is 1 if x and y see each other. Walks step to what a ray of a cosine-distributed direction meets:
-/// p = (1 − q0) cos θ_x cos θ_y V/(π |x − y|²) and k = ρ(x)/(1 − q0), so that a walk's only work is its rays.
+/// p = cos θ_x cos θ_y V/(π |x − y|²) and k = ρ(x), so that a walk's only work is its rays.
 ///
 /// μ is the area. A step draws two numbers, which the area-preserving map of the square to the disc (Shirley and Chiu 1997)
-/// takes to a direction.
+/// takes to a direction. Light has one channel, or several: see [`Coloured`](crate::Coloured).
 ///
 /// ```
-/// use fredholm_core::{Kernel, Sampler, Source, Uniforms};
+/// use fredholm_core::{Chain, Uniforms};
 /// use fredholm_scene::{Cells, Enclosure, Radiosity, Scene, Tables, shapes};
 ///
 /// struct Middle;
@@ -47,7 +55,7 @@ pub struct Point<F> {
 /// }
 /// let scene = Scene::new::<f64>(&shapes::room([0.0; 3], [1.0; 3]).surfaces(), Enclosure::Closed)?;
 /// let (tables, cells) = (Tables::new(&scene), Cells::new(&scene, 6)?);
-/// let room = Radiosity::new(tables.geometry(), &cells, 0.25)?;
+/// let room = Radiosity::new(tables.geometry(), &cells)?;
 /// // Straight up from the floor, which is face 0.
 /// let x = room.at(0, [0.25, 0.75, 0.0])?;
 /// let y = room.step(&x, &mut Middle).unwrap();
@@ -56,108 +64,75 @@ pub struct Point<F> {
 /// # Ok::<(), fredholm_scene::SceneError>(())
 /// ```
 #[derive(Clone, Copy, Debug)]
-pub struct Radiosity<'a, F> {
+pub struct Radiosity<'a, F, C = Grey> {
     pub(crate) geometry: Geometry<'a, F>,
-    pub(crate) sides: &'a [Side<F>],
-    pub(crate) patches: &'a [FacePatch<F>],
-    pub(crate) lights: &'a [u32],
-    pub(crate) beams: &'a [Beam<F>],
-    pub(crate) sky_bands: &'a [SkyBand<F>],
-    pub(crate) sky_emissions: &'a [F],
+    pub(crate) tables: CellTables<'a, F>,
     /// What of each light each cell sees: see `with_visible_shares`.
     pub(crate) shares: &'a [u8],
+    pub(crate) tint: C,
     cells: u32,
-    absorption: F,
-    per_survival: F,
 }
 
 impl<'a, F: Real> Radiosity<'a, F> {
-    /// The equation on the faces of a geometry, with absorption probability q0 = `absorption` in every state.
+    /// The equation on the faces of a geometry.
     ///
     /// # Errors
-    /// [`SceneError::Absorption`]: q0 is not in (0, 1). [`SceneError::Tables`]: the cells are those of another scene.
+    /// [`SceneError::Tables`]: the cells are those of another scene.
     #[cfg(feature = "alloc")]
-    pub fn new(
-        geometry: Geometry<'a, F>,
-        cells: &'a crate::Cells<F>,
-        absorption: f64,
-    ) -> Result<Self, SceneError> {
-        let tables = (&*cells.sides, &*cells.patches, &*cells.lights);
-        let radiosity = Self::of_tables(geometry, tables, absorption)?.with_beams(&cells.beams);
-        Ok(match &cells.sky {
-            Some(sky) => radiosity.with_sky(&sky.bands, &sky.emissions),
-            None => radiosity,
-        })
+    pub fn new(geometry: Geometry<'a, F>, cells: &'a crate::Cells<F>) -> Result<Self, SceneError> {
+        Self::of_tables(geometry, cells.tables())
     }
 
-    /// The equation with light that no surface emits: directions have the length 1.
-    #[must_use]
-    pub const fn with_beams(self, beams: &'a [Beam<F>]) -> Self {
-        Self { beams, ..self }
-    }
-
-    /// The equation with the light of the sky: its bands, and L of every patch. Rays that leave upwards end in the sky, of which
-    /// every patch is one cell more, behind those of faces.
-    #[must_use]
-    pub const fn with_sky(self, bands: &'a [SkyBand<F>], emissions: &'a [F]) -> Self {
-        Self {
-            sky_bands: bands,
-            sky_emissions: emissions,
-            ..self
-        }
-    }
-
-    /// The equation on tables that were made elsewhere: sides of faces, patches, and the numbers of the faces that emit.
+    /// The equation on tables that were made elsewhere.
     ///
     /// # Errors
-    /// [`SceneError::Absorption`]: q0 is not in (0, 1). [`SceneError::Tables`]: a number in them leads nowhere, or there is
-    /// a side for more or fewer faces than the geometry has.
+    /// [`SceneError::Tables`]: a number in them leads nowhere, or there is a side for more or fewer faces than the geometry
+    /// has.
     pub fn of_tables(
         geometry: Geometry<'a, F>,
-        (sides, patches, lights): (&'a [Side<F>], &'a [FacePatch<F>], &'a [u32]),
-        absorption: f64,
+        tables: CellTables<'a, F>,
     ) -> Result<Self, SceneError> {
-        let q = F::from_f64(absorption);
-        // Written so that NaN fails.
-        if !(q > zero() && q < one()) {
-            return Err(SceneError::Absorption);
-        }
-        let mut cells = 0_u32;
-        let patches_follow = patches.iter().all(|patch| {
-            let first = cells;
-            let [m, n] = patch.intervals;
-            let own = m.checked_mul(n).and_then(|own| cells.checked_add(own));
-            cells = own.unwrap_or(0);
-            own.is_some()
-                && patch.first == first
-                && m > 0
-                && n > 0
-                && (patch.triangle == 0 || (patch.triangle == 1 && m == n))
-        });
-        let sides_lead = sides.iter().all(|side| {
-            let last = side.patch.checked_add(side.patches);
-            matches!(side.patches, 1 | 2) && last.is_some_and(|last| last as usize <= patches.len())
-        });
-        let faces = geometry.faces().len();
-        let lights_lead = lights.iter().all(|&light| (light as usize) < faces);
-        if !patches_follow || !sides_lead || !lights_lead || sides.len() != faces {
-            return Err(SceneError::Tables);
-        }
         Ok(Self {
             geometry,
-            sides,
-            patches,
-            lights,
-            beams: &[],
-            sky_bands: &[],
-            sky_emissions: &[],
+            tables,
             shares: &[],
-            cells,
-            absorption: q,
-            per_survival: one::<F>() / (one::<F>() - q),
+            tint: Grey,
+            cells: tables.check(geometry.faces().len())?,
         })
     }
 
+    pub(crate) fn with_tint<C>(self, tint: C) -> Radiosity<'a, F, C> {
+        Radiosity {
+            geometry: self.geometry,
+            tables: self.tables,
+            shares: self.shares,
+            tint,
+            cells: self.cells,
+        }
+    }
+
+    /// The equation with shares of lights that are visible: see [`Radiosity::visible_shares`].
+    ///
+    /// # Errors
+    /// [`SceneError::Length`]: not one for every cell and light.
+    pub fn with_visible_shares(self, shares: &'a [u8]) -> Result<Self, SceneError> {
+        let expected = self.tables.lights.len().saturating_mul(self.cells as usize);
+        let found = shares.len();
+        if found != expected {
+            return Err(SceneError::Length { expected, found });
+        }
+        Ok(Self { shares, ..self })
+    }
+}
+
+/// Where a point lies in its cell.
+struct InCell<F> {
+    cell: usize,
+    at: [F; 2],
+    is_triangle: bool,
+}
+
+impl<'a, F: Real, C> Radiosity<'a, F, C> {
     /// The point of a face that is nearest to `position` on its plane; from an edge it is moved inwards, by some rounding
     /// errors of the face's width.
     ///
@@ -173,25 +148,6 @@ impl<'a, F: Real> Radiosity<'a, F> {
         Ok(Point { face, position })
     }
 
-    /// q0.
-    #[must_use]
-    pub const fn absorption_probability(&self) -> F {
-        self.absorption
-    }
-
-    /// The equation with shares of lights that are visible: see [`Radiosity::visible_shares`].
-    ///
-    /// # Errors
-    /// [`SceneError::Length`]: not one for every cell and light.
-    pub fn with_visible_shares(self, shares: &'a [u8]) -> Result<Self, SceneError> {
-        let expected = self.lights.len().saturating_mul(self.cells as usize);
-        let found = shares.len();
-        if found != expected {
-            return Err(SceneError::Length { expected, found });
-        }
-        Ok(Self { shares, ..self })
-    }
-
     /// The geometry.
     #[must_use]
     pub const fn geometry(&self) -> Geometry<'a, F> {
@@ -203,24 +159,40 @@ impl<'a, F: Real> Radiosity<'a, F> {
         self.geometry.face(x.face)
     }
 
-    /// ρ in a point.
+    /// ρ in a point. Nothing comes back from the sky.
     #[inline]
-    pub(crate) fn reflectance(&self, x: &Point<F>) -> F {
-        self.face(x).map_or(F::NAN, |face| face.reflectance)
+    fn reflectance(&self, x: &Point<F>) -> F {
+        match self.face(x) {
+            Some(face) => face.reflectance,
+            None if x.face == SKY => zero(),
+            None => F::NAN,
+        }
     }
 
-    /// The patch of a point, and its coordinates there.
     #[inline]
-    fn patch(&self, x: &Point<F>) -> Option<(&'a FacePatch<F>, [F; 2])> {
-        let side = self.sides.get(x.face as usize)?;
-        let own = self.patches.get(side.patch as usize..)?;
-        let first = own.first()?;
-        let coordinates = first.coordinates(x.position);
-        if side.patches == 2 && first.is_beyond(coordinates) {
-            let second = own.get(1)?;
-            return Some((second, second.coordinates(x.position)));
+    fn in_cell(&self, x: &Point<F>) -> Option<InCell<F>> {
+        if x.face == SKY {
+            let (patch, at) = self.sky_patch(x.position)?;
+            return Some(InCell {
+                cell: self.cells_of_faces() + patch as usize,
+                at,
+                is_triangle: false,
+            });
         }
-        Some((first, coordinates))
+        let side = self.tables.sides.get(x.face as usize)?;
+        let own = self.tables.patches.get(side.patch as usize..)?;
+        let mut patch = own.first()?;
+        let mut at = patch.coordinates(x.position);
+        if side.patches == 2 && patch.is_beyond(at) {
+            patch = own.get(1)?;
+            at = patch.coordinates(x.position);
+        }
+        let (cell, at) = patch.cell(at);
+        Some(InCell {
+            cell: (patch.first + cell) as usize,
+            at,
+            is_triangle: patch.triangle == 1,
+        })
     }
 
     /// The number of cells of faces, without those of the sky.
@@ -233,15 +205,11 @@ impl<'a, F: Real> Radiosity<'a, F> {
         if cell >= self.cells_of_faces() {
             return None;
         }
-        let after = self
-            .patches
-            .partition_point(|patch| patch.first as usize <= cell);
+        let CellTables { sides, patches, .. } = self.tables;
+        let after = patches.partition_point(|patch| patch.first as usize <= cell);
         let number = after.checked_sub(1)?;
-        let face = self
-            .sides
-            .partition_point(|side| side.patch as usize <= number)
-            .checked_sub(1)?;
-        Some((face as u32, self.patches.get(number)?))
+        let side = sides.partition_point(|side| side.patch as usize <= number);
+        Some((side.checked_sub(1)? as u32, patches.get(number)?))
     }
 
     /// The face of a cell, and the cell's corners in the order of the face's. `None`: it is a cell of the sky, or none.
@@ -251,7 +219,7 @@ impl<'a, F: Real> Radiosity<'a, F> {
     ///
     /// let scene = Scene::new::<f64>(&shapes::room([0.0; 3], [1.0; 3]).surfaces(), Enclosure::Closed)?;
     /// let (tables, cells) = (Tables::<f64>::new(&scene), Cells::new(&scene, 24)?);
-    /// let room = Radiosity::new(tables.geometry(), &cells, 0.25)?;
+    /// let room = Radiosity::new(tables.geometry(), &cells)?;
     /// // The floor, which is face 0, has four cells.
     /// let (face, corners) = room.corners(0).unwrap();
     /// assert_eq!((face, corners.len()), (0, 4));
@@ -263,39 +231,37 @@ impl<'a, F: Real> Radiosity<'a, F> {
     #[must_use]
     pub fn corners(&self, cell: usize) -> Option<(u32, alloc::vec::Vec<[F; 3]>)> {
         let (face, patch) = self.patch_of(cell)?;
-        let [o, i] = [zero::<F>(), one::<F>()];
-        let corner = |&at: &[F; 2]| patch.point(patch.within(cell as u32 - patch.first, at));
-        let corners = if patch.triangle == 1 {
-            [[o, o], [i, o], [o, i]].iter().map(corner).collect()
-        } else {
-            [[o, o], [i, o], [i, i], [o, i]]
-                .iter()
-                .map(corner)
-                .collect()
-        };
-        Some((face, corners))
+        let ends = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].into_iter();
+        let own = ends.filter(|&end| patch.triangle == 0 || end != [1.0; 2]);
+        Some((
+            face,
+            own.map(|end| self.point(cell, &end).position).collect(),
+        ))
     }
 
     /// What a ray from a point of a face meets: a point of another, or of the sky.
     #[inline]
     fn meets(&self, x: &Point<F>, direction: Vector<F>) -> Option<Point<F>> {
-        let hit = if self.sky_bands.is_empty() {
-            self.geometry.cast(x.face, x.position, direction)?
-        } else {
-            let from = Some(self.face(x)?);
-            let hit = self
-                .geometry
-                .nearest(from, x.position, direction, Backs::Block);
-            let Some(hit) = hit else {
-                return self.sky_at(direction);
-            };
-            // A back is black.
-            Some(hit).filter(|hit| !hit.back)?
-        };
-        Some(Point {
-            face: hit.face,
-            position: hit.point,
-        })
+        if self.geometry.is_open() {
+            return self.met(Some(self.face(x)?), x.position, direction, Backs::Block);
+        }
+        let hit = self.geometry.cast(x.face, x.position, direction);
+        hit.map(Point::of)
+    }
+
+    /// What a ray meets: a point of a face, or of the sky. A back is black.
+    #[inline]
+    pub(crate) fn met(
+        &self,
+        emitter: Option<&Face<F>>,
+        from: Vector<F>,
+        direction: Vector<F>,
+        backs: Backs,
+    ) -> Option<Point<F>> {
+        match self.geometry.nearest(emitter, from, direction, backs) {
+            Some(hit) => (!hit.back).then(|| Point::of(hit)),
+            None => self.sky_at(direction),
+        }
     }
 
     /// The direction that two numbers in [0, 1) give above a plane of these tangents, cosine-distributed.
@@ -317,21 +283,38 @@ impl<'a, F: Real> Radiosity<'a, F> {
 }
 
 impl<F: Real> Geometry<'_, F> {
+    /// What backs do to rays that start between the faces.
+    pub(crate) const fn backs(&self) -> Backs {
+        if self.is_open() {
+            Backs::Block
+        } else {
+            Backs::Pass
+        }
+    }
+
     /// Whether a position is on a face, within a millionth of the face's width.
+    #[must_use]
+    pub fn is_on(&self, face: u32, position: [f64; 3]) -> bool {
+        self.foot(face, position).is_some()
+    }
+
+    /// The face [on which](Self::is_on) a position is; of several that which comes first.
     ///
     /// ```
     /// # #[cfg(feature = "alloc")] {
     /// use fredholm_scene::{Enclosure, Scene, shapes};
     ///
     /// let scene = Scene::new::<f64>(&shapes::room([0.0; 3], [1.0; 3]).surfaces(), Enclosure::Closed)?;
-    /// assert!(scene.geometry().is_on(0, [0.5, 0.5, 0.0]));
-    /// assert!(!scene.geometry().is_on(0, [0.5, 0.5, 0.1]));
+    /// // Floor and ceiling are 0 and 1.
+    /// let face_at = |position| scene.geometry().face_at(position);
+    /// assert_eq!([face_at([0.5, 0.5, 1.0]), face_at([0.5, 0.0, 0.0])], [Some(1), Some(0)]);
+    /// assert_eq!(face_at([0.5, 0.5, 0.5]), None);
     /// # }
     /// # Ok::<(), fredholm_scene::SceneError>(())
     /// ```
     #[must_use]
-    pub fn is_on(&self, face: u32, position: [f64; 3]) -> bool {
-        self.foot(face, position).is_some()
+    pub fn face_at(&self, position: [f64; 3]) -> Option<u32> {
+        (0..self.faces().len() as u32).find(|&face| self.is_on(face, position))
     }
 
     /// The point of a face's plane that is nearest to a position on the face.
@@ -346,7 +329,7 @@ impl<F: Real> Geometry<'_, F> {
         let next = polygon.iter().cycle().skip(1);
         let is_inside = polygon.iter().zip(next).all(|(&a, &b)| {
             let edge = sub(b, a);
-            let inwards = crate::vector::cross(own.normal, edge);
+            let inwards = cross(own.normal, edge);
             dot(inwards, sub(foot, a)) >= -slack * norm(edge)
         });
         // Written so that NaN fails.
@@ -370,105 +353,201 @@ fn disc<F: Real>([a, b]: [F; 2]) -> [F; 2] {
     }
 }
 
-impl<F: Real> StateSpace for Radiosity<'_, F> {
+impl<F: Real, C> Space for Radiosity<'_, F, C> {
     type Scalar = F;
     type Point = Point<F>;
 }
 
-impl<F: Real> Sampler for Radiosity<'_, F> {
-    #[inline]
-    fn absorption(&self, x: &Point<F>) -> F {
-        // Nothing comes back from the sky.
-        if x.face == SKY {
-            one()
-        } else {
-            self.absorption
-        }
-    }
-
+impl<F: Real, C> Chain for Radiosity<'_, F, C> {
     #[inline]
     fn step<U: Uniforms<F>>(&self, x: &Point<F>, uniforms: &mut U) -> Option<Point<F>> {
         let numbers = [uniforms.uniform(), uniforms.uniform()];
-        let side = self.sides.get(x.face as usize)?;
+        let side = self.tables.sides.get(x.face as usize)?;
         let direction = Self::direction(side.tangents, self.face(x)?.normal, numbers);
         self.meets(x, direction)
     }
 }
 
-impl<F: Real> TransitionDensity for Radiosity<'_, F> {
+impl<F: Real, C> Density for Radiosity<'_, F, C> {
     /// The transition density, with respect to areas on faces and to solid angles in the sky.
     fn density(&self, x: &Point<F>, y: &Point<F>) -> F {
-        if let (Some(from), SKY) = (self.face(x), y.face) {
-            let rise = dot(from.normal, y.position);
-            let is_met = rise > zero() && self.meets(x, y.position).is_some_and(|y| y.face == SKY);
-            return if is_met {
-                (one::<F>() - self.absorption) * rise / F::PI
-            } else {
-                zero()
-            };
-        }
-        let (Some(from), Some(to)) = (self.face(x), self.face(y)) else {
-            return F::NAN;
-        };
-        let between = sub(y.position, x.position);
-        let square = dot(between, between);
-        let (rise, fall) = (dot(from.normal, between), -dot(to.normal, between));
-        if !(rise > zero() && fall > zero()) {
+        if x.face == SKY {
             return zero();
         }
-        let per_length = one::<F>() / square.sqrt();
-        let direction = between.map(|d| d * per_length);
-        let hit = self.geometry.cast(x.face, x.position, direction);
-        if hit.is_some_and(|hit| hit.face == y.face) {
-            (one::<F>() - self.absorption) * rise * fall / (F::PI * square * square)
+        let Some(from) = self.face(x) else {
+            return F::NAN;
+        };
+        let (direction, fall) = match self.face(y) {
+            Some(to) => {
+                let between = sub(y.position, x.position);
+                let per_length = one::<F>() / norm(between);
+                let direction = between.map(|d| d * per_length);
+                let fall = -dot(to.normal, direction);
+                (direction, fall * per_length * per_length)
+            }
+            None if y.face == SKY => (y.position, one()),
+            None => return F::NAN,
+        };
+        let rise = dot(from.normal, direction);
+        let is_met = |met: Point<F>| met.face == y.face;
+        if rise > zero() && fall > zero() && self.meets(x, direction).is_some_and(is_met) {
+            rise * fall / F::PI
         } else {
             zero()
         }
     }
 }
 
-impl<F: Real> Kernel for Radiosity<'_, F> {
-    #[inline]
-    fn kernel(&self, x: &Point<F>, _: &Point<F>) -> F {
-        self.reflectance(x) * self.per_survival
+impl<F: Real, C: Tint<F>> Radiosity<'_, F, C> {
+    /// A value with one number in every channel.
+    #[inline(always)]
+    pub(crate) fn white(&self, x: F) -> C::Value {
+        C::Value::splat(self.tint.channels(), x)
     }
 }
 
-impl<F: Real> Source for Radiosity<'_, F> {
+impl<F: Real, C: Tint<F>> Equation for Radiosity<'_, F, C> {
+    type Value = C::Value;
+
     #[inline]
-    fn source(&self, x: &Point<F>) -> F {
+    fn kernel(&self, x: &Point<F>, _: &Point<F>) -> C::Value {
+        self.tint.reflectance(x.face).scaled(self.reflectance(x))
+    }
+
+    #[inline]
+    fn source<U: Uniforms<F>>(&self, x: &Point<F>, _: &mut U) -> C::Value {
+        self.known(x).plus(&self.rest(x))
+    }
+
+    #[inline(always)]
+    fn channels(&self) -> usize {
+        self.tint.channels()
+    }
+
+    /// ρ(x).
+    #[inline]
+    fn size(&self, x: &Point<F>) -> F {
+        self.reflectance(x)
+    }
+}
+
+/// F_s is the emission of the brightest faces. What lamps at points and the sun give is known everywhere, and part of the rest.
+impl<F: Real, C: Tint<F>> Lights for Radiosity<'_, F, C> {
+    #[inline]
+    fn light<U: Uniforms<F>>(&self, x: &Point<F>, uniforms: &mut U) -> C::Value {
         if x.face == SKY {
-            return self.sky_emission(x);
+            return self.white(zero());
         }
-        let (Some(face), Some(on)) = (self.face(x), self.receiver(x)) else {
-            return F::NAN;
-        };
-        face.emission + face.reflectance * self.irradiance_of_beams(&on)
+        match self.receiver(x) {
+            Some(on) => self.kernel(x, x).times(&self.direct(&on, uniforms)),
+            None => self.white(F::NAN),
+        }
+    }
+
+    /// The emission of a face that is a light; it is the same on all of it.
+    #[inline]
+    fn known(&self, x: &Point<F>) -> C::Value {
+        match (self.face(x), self.tables.sides.get(x.face as usize)) {
+            (Some(own), Some(side)) => {
+                let emission = own.emission - side.emission;
+                self.tint.emission(x.face).scaled(emission)
+            }
+            _ if x.face == SKY => self.white(zero()),
+            _ => self.white(F::NAN),
+        }
+    }
+
+    /// The emission of faces that are no lights, the light of the sky, and what lamps at points and the sun give to x.
+    #[inline]
+    fn rest(&self, x: &Point<F>) -> C::Value {
+        if x.face == SKY {
+            return self.white(self.sky_emission(x));
+        }
+        let side = self.tables.sides.get(x.face as usize);
+        let emission = side.map_or(F::NAN, |side| side.emission);
+        let own = self.tint.emission(x.face).scaled(emission);
+        if self.tables.beams.is_empty() {
+            return own;
+        }
+        let of_beams = self.receiver(x).map(|on| self.irradiance_of_beams(&on));
+        own.plus(&self.kernel(x, x).scaled(of_beams.unwrap_or(F::NAN)))
     }
 }
 
-impl<F: Real> Partition for Radiosity<'_, F> {
+impl<F: Real, C> Cells for Radiosity<'_, F, C> {
+    const DIMENSION: usize = 2;
+
     /// The number of cells: those of faces, and one for every patch of the sky.
     fn cells(&self) -> usize {
-        self.cells_of_faces() + self.sky_emissions.len()
+        self.cells_of_faces() + self.tables.sky_emissions.len()
     }
 
     #[inline]
     fn locate(&self, x: &Point<F>) -> usize {
-        if x.face == SKY {
-            let patch = self.sky_patch(x.position);
-            return patch.map_or(usize::MAX, |(patch, _)| {
-                self.cells_of_faces() + patch as usize
-            });
+        self.in_cell(x).map_or(usize::MAX, |place| place.cell)
+    }
+
+    /// The area of a cell; 0 in the sky.
+    fn measure(&self, cell: usize) -> f64 {
+        if (self.cells_of_faces()..self.cells()).contains(&cell) {
+            return 0.0;
         }
-        self.patch(x).map_or(usize::MAX, |(patch, at)| {
-            (patch.first + patch.cell(at).0) as usize
+        self.patch_of(cell).map_or(f64::NAN, |(_, patch)| {
+            let [p, q] = patch.spans.map(|span| span.map(Real::to_f64));
+            let share = if patch.triangle == 1 { 0.5 } else { 1.0 };
+            share * norm(cross(p, q)) / f64::from(patch.cells())
         })
+    }
+
+    /// The point with these coordinates; a triangle is half of a square, folded.
+    fn point(&self, cell: usize, t: &[f64]) -> Point<F> {
+        let missing = Point {
+            face: u32::MAX,
+            position: [F::NAN; 3],
+        };
+        let &[s, t, ..] = t else { return missing };
+        let t = [s, t].map(F::from_f64);
+        if let Some((face, patch)) = self.patch_of(cell) {
+            let t = if patch.triangle == 1 { folded(t) } else { t };
+            let at = patch.within(cell as u32 - patch.first, t);
+            let position = patch.point(at);
+            return Point { face, position };
+        }
+        let patch = cell.saturating_sub(self.cells_of_faces()) as u32;
+        let direction = self.sky_direction(patch, t);
+        direction.map_or(missing, |position| Point {
+            face: SKY,
+            position,
+        })
+    }
+
+    fn parameters(&self, x: &Located<Point<F>>, t: &mut [F]) {
+        let position = x.point.position;
+        let at = match self.patch_of(x.cell) {
+            Some((_, patch)) => {
+                let at = patch.coordinates(position);
+                Some(patch.parameters(x.cell as u32 - patch.first, at))
+            }
+            None => {
+                let patch = x.cell.saturating_sub(self.cells_of_faces()) as u32;
+                self.sky_parameters(patch, position)
+            }
+        };
+        for (t, at) in t.iter_mut().zip(at.unwrap_or([F::NAN; 2])) {
+            *t = at;
+        }
+    }
+
+    /// The point of any face with three coordinates.
+    fn at(&self, coordinates: &[f64]) -> Option<Point<F>> {
+        let &[x, y, z] = coordinates else { return None };
+        let face = self.geometry.face_at([x, y, z])?;
+        Self::at(self, face, [x, y, z]).ok()
     }
 }
 
 /// Polynomials of degree 0, 1 and 2: B = 1, 3 and 6.
-impl<F: Real, const B: usize> Basis<B> for Radiosity<'_, F> {
+impl<F: Real, C, const B: usize> Basis<B> for Radiosity<'_, F, C> {
     #[inline]
     fn basis(&self, x: &Located<Point<F>>) -> [F; B] {
         const {
@@ -480,63 +559,9 @@ impl<F: Real, const B: usize> Basis<B> for Radiosity<'_, F> {
         if B == 1 {
             return [one(); B];
         }
-        if x.point.face == SKY {
-            let place = self.sky_patch(x.point.position);
-            return place.map_or([F::NAN; B], |(_, at)| square_polynomials(at));
-        }
-        self.patch(&x.point).map_or([F::NAN; B], |(patch, at)| {
-            patch.polynomials(patch.cell(at).1)
+        let place = self.in_cell(&x.point);
+        place.map_or([F::NAN; B], |place| {
+            polynomials(place.at, place.is_triangle)
         })
-    }
-}
-
-impl<F: Real> CellMap for Radiosity<'_, F> {
-    const DIMENSION: usize = 2;
-
-    /// The area of a cell; 0 in the sky.
-    fn measure(&self, cell: usize) -> f64 {
-        if (self.cells_of_faces()..self.cells()).contains(&cell) {
-            return 0.0;
-        }
-        self.patch_of(cell).map_or(f64::NAN, |(_, patch)| {
-            let [p, q] = patch.spans.map(|span| span.map(Real::to_f64));
-            let area = norm(crate::vector::cross(p, q));
-            let whole = if patch.triangle == 1 {
-                0.5 * area
-            } else {
-                area
-            };
-            whole / f64::from(patch.cells())
-        })
-    }
-
-    fn point(&self, cell: usize, t: &[f64]) -> Point<F> {
-        let missing = Point {
-            face: u32::MAX,
-            position: [F::NAN; 3],
-        };
-        let &[s, t, ..] = t else { return missing };
-        let Some((face, patch)) = self.patch_of(cell) else {
-            let patch = cell.saturating_sub(self.cells_of_faces()) as u32;
-            let direction = self.sky_direction(patch, [s, t].map(F::from_f64));
-            return direction.map_or(missing, |position| Point {
-                face: SKY,
-                position,
-            });
-        };
-        // A triangle is half of a square, folded.
-        let folded = patch.triangle == 1 && s + t > 1.0;
-        let place = if folded { [1.0 - s, 1.0 - t] } else { [s, t] };
-        let at = patch.within(cell as u32 - patch.first, place.map(F::from_f64));
-        Point {
-            face,
-            position: patch.point(at),
-        }
-    }
-
-    /// The point of any face with three coordinates.
-    fn at(&self, coordinates: &[f64]) -> Option<Point<F>> {
-        let &[x, y, z] = coordinates else { return None };
-        (0..self.sides.len() as u32).find_map(|face| self.at(face, [x, y, z]).ok())
     }
 }

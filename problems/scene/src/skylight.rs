@@ -25,6 +25,17 @@ pub struct SkyBand<F> {
     pub first: u32,
 }
 
+impl<F: Real> SkyBand<F> {
+    /// The share of the band's height of a direction, and the number of sectors that are before it.
+    fn coordinates(&self, direction: Vector<F>) -> [F; 2] {
+        let [low, high] = self.sines;
+        let turn = direction[0].atan2(direction[1]) / (F::PI + F::PI);
+        let turn = if turn < zero() { turn + one() } else { turn };
+        let along = turn * F::from_u32(self.sectors);
+        [(direction[2] - low) / (high - low), along]
+    }
+}
+
 /// The light of the sky above an open scene: u = L in the directions of a patch, so that a horizontal surface that sees nothing
 /// but a sky of one L has the irradiance L. L has the unit of u, and is π times the radiance.
 ///
@@ -43,8 +54,8 @@ pub struct SkyBand<F> {
 #[cfg(feature = "alloc")]
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkyLight {
-    bands: alloc::vec::Vec<SkyBand<f64>>,
-    emissions: alloc::vec::Vec<f64>,
+    pub(crate) bands: alloc::vec::Vec<SkyBand<f64>>,
+    pub(crate) emissions: alloc::vec::Vec<f64>,
 }
 
 #[cfg(feature = "alloc")]
@@ -126,34 +137,14 @@ impl SkyLight {
     pub fn emissions(&self) -> &[f64] {
         &self.emissions
     }
-
-    /// The tables of walks in a scalar: bands, and L of every patch.
-    pub(crate) fn rounded<F: Real>(&self) -> SkyTables<F> {
-        let band = |band: &SkyBand<f64>| SkyBand {
-            sines: band.sines.map(F::from_f64),
-            sectors: band.sectors,
-            first: band.first,
-        };
-        SkyTables {
-            bands: self.bands.iter().map(band).collect(),
-            emissions: self.emissions.iter().map(|&l| F::from_f64(l)).collect(),
-        }
-    }
 }
 
-/// Bands of a sky and L of every patch, in the walk's scalar.
-#[cfg(feature = "alloc")]
-#[derive(Clone, Debug)]
-pub(crate) struct SkyTables<F> {
-    pub(crate) bands: alloc::vec::Vec<SkyBand<F>>,
-    pub(crate) emissions: alloc::vec::Vec<F>,
-}
-
-impl<F: Real> Radiosity<'_, F> {
+impl<F: Real, C> Radiosity<'_, F, C> {
     /// The point of the sky to which a ray leads that meets no surface. `None`: there is no sky, or the ray goes down.
     #[inline]
     pub(crate) fn sky_at(&self, direction: Vector<F>) -> Option<Point<F>> {
-        (!self.sky_bands.is_empty() && direction[2] > zero()).then_some(Point {
+        let is_seen = !self.tables.sky_bands.is_empty() && direction[2] > zero();
+        is_seen.then_some(Point {
             face: SKY,
             position: direction,
         })
@@ -161,24 +152,39 @@ impl<F: Real> Radiosity<'_, F> {
 
     /// The patch of a direction, and its coordinates there: the height, which is uniform in the solid angle, and the azimuth.
     pub(crate) fn sky_patch(&self, direction: Vector<F>) -> Option<(u32, [F; 2])> {
-        let height = direction[2];
-        let after = self
-            .sky_bands
-            .partition_point(|band| band.sines[0] <= height);
-        let band = self.sky_bands.get(after.max(1) - 1)?;
-        let [low, high] = band.sines;
-        let turn = direction[0].atan2(direction[1]) / (F::PI + F::PI);
-        let turn = if turn < zero() { turn + one() } else { turn };
-        let along = turn * F::from_u32(band.sectors);
+        let bands = self.tables.sky_bands;
+        let after = bands.partition_point(|band| band.sines[0] <= direction[2]);
+        let band = bands.get(after.max(1) - 1)?;
+        let [height, along] = band.coordinates(direction);
         let sector = along.to_u32().min(band.sectors - 1);
-        let place = [(height - low) / (high - low), along - F::from_u32(sector)];
-        Some((band.first + sector, place))
+        Some((band.first + sector, [height, along - F::from_u32(sector)]))
+    }
+
+    /// The band of a patch.
+    fn band_of(&self, patch: u32) -> Option<&SkyBand<F>> {
+        let bands = self.tables.sky_bands;
+        let after = bands.partition_point(|band| band.first <= patch);
+        bands.get(after.checked_sub(1)?)
+    }
+
+    /// The coordinates of a direction in a patch.
+    pub(crate) fn sky_parameters(&self, patch: u32, direction: Vector<F>) -> Option<[F; 2]> {
+        let band = self.band_of(patch)?;
+        let [height, along] = band.coordinates(direction);
+        let place = along - F::from_u32(patch - band.first);
+        // The last sector ends where the first one begins.
+        let is_end = place < -F::from_f64(0.5);
+        let turn = if is_end {
+            F::from_u32(band.sectors)
+        } else {
+            zero()
+        };
+        Some([height, place + turn])
     }
 
     /// The direction with these coordinates in a patch.
     pub(crate) fn sky_direction(&self, patch: u32, [s, t]: [F; 2]) -> Option<Vector<F>> {
-        let after = self.sky_bands.partition_point(|band| band.first <= patch);
-        let band = self.sky_bands.get(after.checked_sub(1)?)?;
+        let band = self.band_of(patch)?;
         let [low, high] = band.sines;
         let height = low + s * (high - low);
         let turn = (F::from_u32(patch - band.first) + t) / F::from_u32(band.sectors);
@@ -190,7 +196,7 @@ impl<F: Real> Radiosity<'_, F> {
     /// L in a point of the sky.
     pub(crate) fn sky_emission(&self, x: &Point<F>) -> F {
         let patch = self.sky_patch(x.position);
-        let own = patch.and_then(|(patch, _)| self.sky_emissions.get(patch as usize));
+        let own = patch.and_then(|(patch, _)| self.tables.sky_emissions.get(patch as usize));
         own.copied().unwrap_or(F::NAN)
     }
 }

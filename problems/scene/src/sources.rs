@@ -2,18 +2,17 @@
 
 use alloc::vec::Vec;
 
-use fredholm_core::channels::ChannelFunctional;
-use fredholm_core::{Real, Sampler, Uniforms};
-use num_traits::{one, zero};
+use fredholm_core::{Functional, LastStep, Real, StartOf, Uniforms};
 
 use crate::beam::Beam;
-use crate::coloured::Coloured;
-use crate::means::on_face;
-use crate::radiosity::{Point, Radiosity};
+use crate::coloured::Tint;
+use crate::means::{chosen, on_face};
+use crate::radiosity::Radiosity;
 use crate::scene::Scene;
+use crate::starts::anywhere;
 use crate::vector::Vector;
 
-/// The functional of the way back: the power that the sources of a scene send out, as what arrives from it at receivers.
+/// The functional of the adjoint: the power that the sources of a scene send out, as what arrives from it at receivers.
 ///
 /// Light goes both ways: with K(x, y) = ρ(x) G(x, y) and G symmetric,
 ///
@@ -22,7 +21,7 @@ use crate::vector::Vector;
 /// ```
 ///
 /// where φ is the density of Φ: s is the radiosity of the same scene if receivers send out ρ φ and nothing else sends out
-/// anything. So walks from the sources go through s of all receivers at once, which are the channels of a [`Coloured`]
+/// anything. So walks from the sources go through s of all receivers at once, which are the channels of a [`Coloured`](crate::Coloured)
 /// scene. A source is chosen by its power Σ F A or 4π I; from a face the first ray is cosine-distributed, and φ(x0) is the power of
 /// all sources where it arrives.
 ///
@@ -35,12 +34,6 @@ pub struct Sources<F> {
     ends: Vec<F>,
 }
 
-/// The place that was drawn of a source.
-enum From<F> {
-    Face(Point<F>),
-    Lamp(Vector<F>),
-}
-
 /// A source.
 #[derive(Clone, Copy, Debug)]
 enum Origin<F> {
@@ -48,10 +41,8 @@ enum Origin<F> {
     Lamp(Vector<F>),
 }
 
-impl<F> Sources<F> {
-    /// The rays from sources by which a walk estimates (v, Φ). They take about as long as a walk.
-    pub const LOOKS: u32 = 16;
-}
+/// The rays from sources by which a walk estimates (v, Φ). They take about as long as a walk.
+const LOOKS: u32 = 16;
 
 impl<F: Real> Sources<F> {
     /// The sources of a scene: its faces that emit, and its lamps at points. `None`: there is none, one takes light away, or there
@@ -92,105 +83,30 @@ impl<F: Real> Sources<F> {
     pub fn power(&self) -> F {
         self.ends.last().copied().unwrap_or(F::NAN)
     }
-
-    /// A point of a face that emits, or the lamp that is chosen.
-    fn draw<U: Uniforms<F>>(&self, radiosity: &Radiosity<'_, F>, uniforms: &mut U) -> From<F> {
-        let numbers = [uniforms.uniform(), uniforms.uniform()];
-        let at = uniforms.uniform() * self.power();
-        // Rounding may lead behind the last.
-        let place = self.ends.partition_point(|&end| end <= at);
-        let place = place.min(self.ends.len().saturating_sub(1));
-        let before = place.checked_sub(1).and_then(|i| self.ends.get(i)).copied();
-        match self.origins.get(place) {
-            Some(&Origin::Lamp(at)) => From::Lamp(at),
-            Some(&Origin::Face(number)) => {
-                let face = radiosity.geometry().faces().get(number as usize);
-                let end = self.ends.get(place).copied().unwrap_or(F::NAN);
-                let before = before.unwrap_or(zero());
-                let position = face.map_or([F::NAN; 3], |face| {
-                    on_face(face, (at - before) / (end - before), numbers)
-                });
-                From::Face(Point {
-                    face: number,
-                    position,
-                })
-            }
-            None => From::Lamp([F::NAN; 3]),
-        }
-    }
 }
 
-/// A direction that is uniform on the sphere.
-fn anywhere<F: Real, U: Uniforms<F>>(uniforms: &mut U) -> Vector<F> {
-    let z: F = uniforms.uniform();
-    let z = z + z - one();
-    let angle = (F::PI + F::PI) * uniforms.uniform();
-    let wide = (one::<F>() - z * z).max(zero()).sqrt();
-    [wide * angle.cos(), wide * angle.sin(), z]
-}
-
-impl<'c, F: Real> ChannelFunctional<Coloured<'c, F>> for Sources<F> {
+impl<F: Real, C: Tint<F>> Functional<LastStep<'_, Radiosity<'_, F, C>>> for Sources<F> {
     fn start<U: Uniforms<F>>(
         &self,
-        coloured: &Coloured<'c, F>,
+        equation: &LastStep<'_, Radiosity<'_, F, C>>,
         uniforms: &mut U,
-        known: &mut [F],
-    ) -> (Point<F>, F) {
-        known.fill(zero());
-        match self.draw(coloured.radiosity(), uniforms) {
-            From::Face(y) => {
-                coloured.direct(&y, uniforms, known);
-                match coloured.step(&y, uniforms) {
-                    Some(x) => (x, self.power()),
-                    None => left(y, self.power(), known),
-                }
+    ) -> StartOf<Radiosity<'_, F, C>> {
+        let radiosity = equation.0;
+        let numbers = [uniforms.uniform(), uniforms.uniform()];
+        let (place, share) = chosen(&self.ends, uniforms.uniform() * self.power());
+        match self.origins.get(place) {
+            Some(&Origin::Face(face)) => {
+                let y = on_face(radiosity.geometry(), face, share, numbers);
+                radiosity.start_arriving(&y, self.power(), uniforms)
             }
-            From::Lamp(at) => {
-                let (x, phi) = self.lit(coloured, at, uniforms);
-                coloured.known(&x, known);
-                (x, phi)
+            Some(&Origin::Lamp(at)) => {
+                radiosity.start_at(radiosity.seen(at, anywhere(numbers)), self.power())
             }
-        }
-    }
-
-    /// A place at which light of the sources arrives.
-    fn look<U: Uniforms<F>>(&self, coloured: &Coloured<'c, F>, uniforms: &mut U) -> (Point<F>, F) {
-        match self.draw(coloured.radiosity(), uniforms) {
-            From::Face(y) => match coloured.step(&y, uniforms) {
-                Some(x) => (x, self.power()),
-                None => (y, zero()),
-            },
-            From::Lamp(at) => self.lit(coloured, at, uniforms),
+            None => radiosity.start_at(None, self.power()),
         }
     }
 
     fn looks(&self) -> u32 {
-        Self::LOOKS
+        LOOKS
     }
-}
-
-impl<F: Real> Sources<F> {
-    /// What a ray from a lamp meets, and φ.
-    fn lit<U: Uniforms<F>>(
-        &self,
-        coloured: &Coloured<'_, F>,
-        lamp: Vector<F>,
-        uniforms: &mut U,
-    ) -> (Point<F>, F) {
-        let radiosity = coloured.radiosity();
-        match radiosity.seen(lamp, anywhere(uniforms)) {
-            Some((start, _)) => (start.point, self.power()),
-            None => {
-                let (start, phi) = radiosity.nowhere();
-                (start.point, phi)
-            }
-        }
-    }
-}
-
-/// The start of a walk that has left the scene with its first ray: next to what is known its score is nothing.
-fn left<F: Real>(y: Point<F>, power: F, known: &mut [F]) -> (Point<F>, F) {
-    let left = F::from_f64(crate::starts::LEFT);
-    known.iter_mut().for_each(|known| *known /= left);
-    (y, power * left)
 }

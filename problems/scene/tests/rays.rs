@@ -2,9 +2,9 @@
 
 use core::f64::consts::TAU;
 
-use fredholm_core::galerkin::{CellMap, Partition};
+use fredholm_core::galerkin::Cells as _;
 use fredholm_core::sampled::{SampledStep, StepEvents};
-use fredholm_core::{LastStep, RandomSource, Real, Source, Uniforms};
+use fredholm_core::{Equation, LastStep, Real, Uniforms};
 use fredholm_scene::{
     Beam, Cells, Enclosure, Face, Geometry, Material, Polygon, Radiosity, Tables, shapes,
 };
@@ -239,7 +239,7 @@ fn beams_cast_shadows() {
     };
     let scene = scene.with_beams(vec![sun, lamp]).unwrap();
     let (geometry, cells) = (Tables::<f64>::new(&scene), Cells::new(&scene, 20).unwrap());
-    let radiosity = Radiosity::new(geometry.geometry(), &cells, 0.3).unwrap();
+    let radiosity = Radiosity::new(geometry.geometry(), &cells).unwrap();
     let of_lamp = |x: f64, y: f64| {
         let square = (x - 1.5) * (x - 1.5) + (y - 1.5) * (y - 1.5) + 9.0;
         0.5 * 270.0 * 3.0 / square.powf(1.5)
@@ -254,8 +254,8 @@ fn beams_cast_shadows() {
     for ([x, y], expected) in cases {
         let x = radiosity.at(0, [x, y, 0.0]).unwrap();
         // No number is drawn: there is no light that emits.
-        let known = LastStep(&radiosity).sample_source(&x, &mut Zeros);
-        for source in [radiosity.source(&x), known] {
+        let known = LastStep(&radiosity).source(&x, &mut Zeros);
+        for source in [radiosity.source(&x, &mut Zeros), known] {
             assert!(
                 (source - expected).abs() <= 1e-9 * expected,
                 "{source} for {expected}"
@@ -263,7 +263,7 @@ fn beams_cast_shadows() {
         }
     }
     let below = radiosity.point(radiosity.cells() - 1, &[0.5, 0.5]);
-    assert_eq!((below.face, radiosity.source(&below)), (2, 0.0));
+    assert_eq!((below.face, radiosity.source(&below, &mut Zeros)), (2, 0.0));
 }
 
 /// Rays cross faces as often as their events' probabilities say: behind obstacles, below the horizon in part, and beside them.
@@ -275,7 +275,7 @@ fn faces_are_crossed_as_often_as_form_factors_say() {
         for (_, surfaces) in closed_scenes().into_iter().step_by(7) {
             let scene = scene_of::<F>(&surfaces, Enclosure::Closed).unwrap();
             let (tables, cells) = (Tables::<F>::new(&scene), Cells::new(&scene, 40).unwrap());
-            let radiosity = Radiosity::new(tables.geometry(), &cells, 0.3).unwrap();
+            let radiosity = Radiosity::new(tables.geometry(), &cells).unwrap();
             for _ in 0..120 {
                 let (cell, face) = (
                     rng.random_range(0..radiosity.cells()),

@@ -12,8 +12,6 @@ pub enum SphereError {
     Asymmetry,
     /// The emission must be finite.
     Emission,
-    /// q must lie in (0, 1).
-    Absorption,
     /// b must lie in [0, ½].
     Forward,
 }
@@ -27,7 +25,6 @@ impl core::fmt::Display for SphereError {
             Self::Albedo => "the albedo must lie between 0 and 1",
             Self::Asymmetry => "the asymmetry must be at least 0 and less than 1/2",
             Self::Emission => "the emission must be finite",
-            Self::Absorption => fredholm_core::refused::ABSORPTION,
             Self::Forward => "the forward preference must lie from 0 to 1/2",
         })
     }

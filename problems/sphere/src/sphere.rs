@@ -1,13 +1,11 @@
 //! The equation, its chain and its cells.
 
 use fredholm_core::array::{Each, from_fn};
-use fredholm_core::galerkin::{Basis, Partition, TransitionMoments};
-use fredholm_core::whole::Starts;
-use fredholm_core::{
-    Functional, Kernel, Located, Real, Sampler, Source, StateSpace, TransitionDensity, Uniforms,
-};
+use fredholm_core::galerkin::{Basis, Cells, TransitionMoments};
+use fredholm_core::global::Stationary;
+use fredholm_core::{Chain, Density, Equation, Located, Real, Space, Uniforms};
 
-use crate::{Mean, SphereError};
+use crate::SphereError;
 
 /// A point of the sphere: a unit vector up to rounding.
 pub type Point<F> = [F; 3];
@@ -37,8 +35,6 @@ pub struct Parameters {
     pub asymmetry: f64,
     /// e: F(x) = e₀ + e₁x₁ + e₂x₂ + e₃x₃.
     pub emission: [f64; 4],
-    /// q, in (0, 1).
-    pub absorption: f64,
     /// b, in [0, ½]: how much rather the chain jumps forward.
     pub forward: f64,
 }
@@ -52,16 +48,10 @@ pub struct Sphere<F> {
     sector: F,
     /// The mean of cos over a sector that lies symmetrically to 0.
     sector_mean: F,
-    #[cfg_attr(
-        not(feature = "alloc"),
-        expect(dead_code, reason = "set-ups ask for it")
-    )]
-    albedo: F,
     asymmetry: F,
     /// 4πK times the power of the distance.
     strength: F,
     emission: [F; 4],
-    absorption: F,
     forward: F,
 }
 
@@ -103,10 +93,6 @@ impl<F: Real> Sphere<F> {
         if !emission.iter().all(|e| e.is_finite()) {
             return Err(SphereError::Emission);
         }
-        let q = F::from_f64(parameters.absorption);
-        if !(q > zero && q < one) {
-            return Err(SphereError::Absorption);
-        }
         let b = F::from_f64(parameters.forward);
         if !(b >= zero && b <= half) {
             return Err(SphereError::Forward);
@@ -117,11 +103,9 @@ impl<F: Real> Sphere<F> {
             sectors,
             sector: half_sector + half_sector,
             sector_mean: half_sector.sin() / half_sector,
-            albedo: a,
             asymmetry: g,
             strength: a * (one - g) * (one + g),
             emission,
-            absorption: q,
             forward: b,
         })
     }
@@ -138,50 +122,29 @@ impl<F: Real> Sphere<F> {
         self.sectors
     }
 
-    pub(crate) fn survival(&self) -> F {
-        F::one() - self.absorption
-    }
-
-    /// This equation with other cells.
-    #[cfg(feature = "alloc")]
-    pub(crate) fn with_cells(&self, bands: u32, sectors: u32) -> Self {
-        let half_sector = F::PI / F::from_u32(sectors);
-        Self {
-            bands,
-            sectors,
-            sector: half_sector + half_sector,
-            sector_mean: half_sector.sin() / half_sector,
-            ..*self
-        }
-    }
-
-    /// a and b.
-    #[cfg(feature = "alloc")]
-    pub(crate) const fn albedo_and_forward(&self) -> [F; 2] {
-        [self.albedo, self.forward]
-    }
-
-    /// The mean of F over cell `j`.
-    #[cfg(feature = "alloc")]
-    pub(crate) fn source_mean(&self, j: usize) -> F {
-        self.source(&self.centroid(j))
+    /// The depth of a point below the north pole in bands, and its azimuth in sectors.
+    fn depth_and_turn(&self, x: &Point<F>) -> [F; 2] {
+        [
+            (F::one() - x[2]) * F::from_f64(0.5) * F::from_u32(self.bands),
+            (x[1].atan2(x[0]) + F::PI) / self.sector,
+        ]
     }
 
     /// Band and sector of cell `j`.
-    pub(crate) fn band_and_sector(&self, j: usize) -> (u32, u32) {
+    fn band_and_sector(&self, j: usize) -> (u32, u32) {
         let j = j as u32;
         (j / self.sectors, j % self.sectors)
     }
 
     /// 4πK(x, y) of x·y.
-    pub(crate) fn phase(&self, cosine: F) -> F {
+    fn phase(&self, cosine: F) -> F {
         let g = self.asymmetry;
         let square = F::one() + g * g - (g + g) * cosine;
         self.strength / (square * square.sqrt())
     }
 
     /// The mean height over a band: that of its middle.
-    pub(crate) fn mean_height(&self, band: u32) -> F {
+    fn mean_height(&self, band: u32) -> F {
         let bands = F::from_u32(self.bands);
         (bands - F::from_u32(2 * band + 1)) / bands
     }
@@ -224,7 +187,7 @@ impl<F: Real> Sphere<F> {
     }
 }
 
-pub(crate) fn dot<F: Real>(x: &Point<F>, y: &Point<F>) -> F {
+fn dot<F: Real>(x: &Point<F>, y: &Point<F>) -> F {
     x[0] * y[0] + x[1] * y[1] + x[2] * y[2]
 }
 
@@ -240,16 +203,12 @@ fn minus_sine<F: Real>(x: F) -> F {
     x * x * x / F::from_f64(6.0) * sum
 }
 
-impl<F: Real> StateSpace for Sphere<F> {
+impl<F: Real> Space for Sphere<F> {
     type Scalar = F;
     type Point = Point<F>;
 }
 
-impl<F: Real> Sampler for Sphere<F> {
-    fn absorption(&self, _: &Point<F>) -> F {
-        self.absorption
-    }
-
+impl<F: Real> Chain for Sphere<F> {
     fn step<U: Uniforms<F>>(&self, x: &Point<F>, uniforms: &mut U) -> Option<Point<F>> {
         let (one, two) = (F::one(), F::from_f64(2.0));
         let b = self.forward;
@@ -273,16 +232,20 @@ impl<F: Real> Sampler for Sphere<F> {
     }
 }
 
-impl<F: Real> TransitionDensity for Sphere<F> {
+impl<F: Real> Density for Sphere<F> {
     fn density(&self, x: &Point<F>, y: &Point<F>) -> F {
-        self.survival() * (F::one() + self.forward * dot(x, y)) / (F::from_f64(4.0) * F::PI)
+        (F::one() + self.forward * dot(x, y)) / (F::from_f64(4.0) * F::PI)
     }
 }
 
-/// Starts evenly on the sphere: p is symmetric and q constant.
-impl<F: Real> Starts for Sphere<F> {
+/// Starts evenly on the sphere: p is symmetric.
+impl<F: Real> Stationary for Sphere<F> {
     fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> Point<F> {
-        Functional::<Self>::start(&Mean, uniforms).0
+        let (one, two) = (F::one(), F::from_f64(2.0));
+        let height = one - two * uniforms.uniform();
+        let angle = two * F::PI * uniforms.uniform();
+        let radius = ((one - height) * (one + height)).max(F::zero()).sqrt();
+        [radius * angle.cos(), radius * angle.sin(), height]
     }
 
     #[inline]
@@ -290,49 +253,85 @@ impl<F: Real> Starts for Sphere<F> {
         0.25 * core::f64::consts::FRAC_1_PI
     }
 
-    fn survival(&self) -> Option<f64> {
-        Some(Self::survival(self).to_f64())
+    fn is_preserved(&self) -> bool {
+        true
     }
 }
 
-impl<F: Real> Kernel for Sphere<F> {
+impl<F: Real> Equation for Sphere<F> {
+    type Value = F;
+
     fn kernel(&self, x: &Point<F>, y: &Point<F>) -> F {
         let cosine = dot(x, y);
-        self.phase(cosine) / (self.survival() * (F::one() + self.forward * cosine))
+        self.phase(cosine) / (F::one() + self.forward * cosine)
     }
-}
 
-impl<F: Real> Source for Sphere<F> {
-    fn source(&self, x: &Point<F>) -> F {
+    fn source<U: Uniforms<F>>(&self, x: &Point<F>, _: &mut U) -> F {
         let [e0, e1, e2, e3] = self.emission;
         e0 + dot(&[e1, e2, e3], x)
     }
 }
 
-impl<F: Real> Partition for Sphere<F> {
+/// Parameters of a cell are the depth in its band, downwards, and the azimuth in its sector.
+impl<F: Real> Cells for Sphere<F> {
+    const DIMENSION: usize = 2;
+
     fn cells(&self) -> usize {
         (self.bands * self.sectors) as usize
     }
 
     fn locate(&self, x: &Point<F>) -> usize {
-        let depth = (F::one() - x[2]) * F::from_f64(0.5) * F::from_u32(self.bands);
+        let [depth, turned] = self.depth_and_turn(x);
         let band = depth.to_u32().min(self.bands - 1);
         // The azimuth π is also −π; rounding must not lead beyond the last sector.
-        let turned = (x[1].atan2(x[0]) + F::PI) / self.sector;
         let sector = turned.to_u32().min(self.sectors - 1);
         (band * self.sectors + sector) as usize
     }
-}
 
-impl<F: Real> Basis for Sphere<F> {
-    fn basis(&self, _: &Located<Point<F>>) -> [F; 1] {
-        [F::one()]
+    fn measure(&self, _: usize) -> f64 {
+        4.0 * core::f64::consts::PI / self.cells() as f64
+    }
+
+    fn point(&self, cell: usize, t: &[f64]) -> Point<F> {
+        let (band, sector) = self.band_and_sector(cell);
+        let [depth, turn] = [0, 1].map(|k| t.get(k).copied().unwrap_or(f64::NAN));
+        let down = 2.0 * (f64::from(band) + depth) / f64::from(self.bands);
+        let azimuth = self.sector.to_f64() * (f64::from(sector) + turn) - core::f64::consts::PI;
+        let radius = Real::sqrt(Real::max(down * (2.0 - down), 0.0));
+        [
+            radius * Real::cos(azimuth),
+            radius * Real::sin(azimuth),
+            1.0 - down,
+        ]
+        .map(F::from_f64)
+    }
+
+    fn parameters(&self, x: &Located<Point<F>>, t: &mut [F]) {
+        let (band, sector) = self.band_and_sector(x.cell);
+        let places = self.depth_and_turn(&x.point);
+        for ((t, place), first) in t.iter_mut().zip(places).zip([band, sector]) {
+            let inside = (place - F::from_u32(first)).max(F::zero());
+            *t = if inside > F::one() { F::one() } else { inside };
+        }
+    }
+
+    /// The point of this colatitude, from 0 to π, and this azimuth, from −π to 2π.
+    fn at(&self, coordinates: &[f64]) -> Option<Point<F>> {
+        use core::f64::consts::PI;
+        let &[colatitude, azimuth] = coordinates else {
+            return None;
+        };
+        let is_there = (0.0..=PI).contains(&colatitude) && (-PI..=2.0 * PI).contains(&azimuth);
+        // In f64, as a rounded angle moves a point further than a rounded coordinate.
+        is_there.then(|| point(colatitude, azimuth).each(F::from_f64))
     }
 }
+
+impl<F: Real, const B: usize> Basis<B> for Sphere<F> {}
 
 impl<F: Real> TransitionMoments for Sphere<F> {
     fn moments(&self, x: &Located<Point<F>>, j: usize) -> [[F; 1]; 1] {
         let preference = F::one() + self.forward * dot(&x.point, &self.centroid(j));
-        [[self.survival() * preference / F::from_u32(self.bands * self.sectors)]]
+        [[preference / F::from_u32(self.bands * self.sectors)]]
     }
 }

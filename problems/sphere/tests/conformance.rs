@@ -1,18 +1,18 @@
-//! Scattering on the sphere passes the kit: written from the guide alone.
+//! Scattering on the sphere passes the kit.
 
 use core::f64::consts::PI;
 
 use fredholm_conformance::quadrature::{gauss_legendre, tensor};
 use fredholm_conformance::{Description, Neighbours, Offers, examine_both, examine_masses};
-use fredholm_core::galerkin::{DiagonalRule, PairKind, Rounded};
+use fredholm_core::galerkin::{DiagonalRule, PairKind};
+use fredholm_core::sampled::{NoEvents, SampledSetup, SetupOptions};
 use fredholm_core::{Located, Real};
-use fredholm_sphere::{MeanTable, Parameters, Point, Sphere};
+use fredholm_sphere::{Parameters, Point, Sphere, point};
 
 const SCATTERING: Parameters = Parameters {
     albedo: 0.6,
     asymmetry: 0.3,
     emission: [1.0, 0.5, -0.7, 0.4],
-    absorption: 0.25,
     forward: 0.4,
 };
 
@@ -61,21 +61,9 @@ impl<F: Real> Described<F> {
 
 impl<F: Real> Description for Described<F> {
     type Equation = Sphere<F>;
-    const DIMENSION: usize = 2;
 
     fn equation(&self) -> &Sphere<F> {
         &self.sphere
-    }
-
-    fn point(&self, cell: usize, t: &[f64]) -> Point<F> {
-        let (colatitude, azimuth) = self.angles(cell, t);
-        let radius = colatitude.sin();
-        [
-            radius * azimuth.cos(),
-            radius * azimuth.sin(),
-            colatitude.cos(),
-        ]
-        .map(F::from_f64)
     }
 
     fn contains(&self, cell: usize, x: &Point<F>) -> bool {
@@ -98,8 +86,9 @@ impl<F: Real> Description for Described<F> {
         let rule = gauss_legendre(12);
         let rule = tensor(&[rule.clone(), rule]).into_iter();
         rule.map(|(t, w)| {
-            let (colatitude, _) = self.angles(cell, &t);
-            (self.point(cell, &t), w * jacobian * colatitude.sin())
+            let (colatitude, azimuth) = self.angles(cell, &t);
+            let point = point(colatitude, azimuth).map(F::from_f64);
+            (point, w * jacobian * colatitude.sin())
         })
         .collect()
     }
@@ -125,7 +114,7 @@ impl<F: Real> Description for Described<F> {
     }
 
     fn mass(&self, x: &Located<Point<F>>, cell: usize) -> Option<f64> {
-        // (1 − q)(1 + b m)/n with the mean m of x·y by quadrature: a mean keeps its digits in the
+        // (1 + b m)/n with the mean m of x·y by quadrature: a mean keeps its digits in the
         // tiniest cell.
         let [x, y, z] = x.point.map(F::to_f64);
         let b = held::<F>(self.parameters.forward);
@@ -139,39 +128,34 @@ impl<F: Real> Description for Described<F> {
             sum += w * radius * cosine;
         }
         let cells = (self.bands * self.sectors) as f64;
-        let survival = 1.0 - held::<F>(self.parameters.absorption);
-        Some(survival / cells * (1.0 + b * sum / weights))
+        Some((1.0 + b * sum / weights) / cells)
     }
 }
 
 impl<F: Real> Neighbours for Described<F> {
     fn offers(&self, offers: &mut Offers<'_, Self>) {
-        let all = DiagonalRule {
-            diagonal: PairKind::Galerkin,
-        };
         offers.starts(&self.sphere);
+        let [all, outside] =
+            [PairKind::Galerkin, PairKind::Dropped].map(|diagonal| DiagonalRule { diagonal });
         offers.pairs("all in S", all);
-        offers.pairs(
-            "diagonal outside",
-            DiagonalRule {
-                diagonal: PairKind::Dropped,
-            },
-        );
+        offers.pairs("diagonal outside", outside);
 
-        // As a user makes it: all in f64, with v and G rounded to the scalar of the walks.
+        // As a user makes it: all in f64, with v and what steps bring rounded to the scalar of the walks.
         let wide = Described::<f64>::new(self.bands as u32, self.sectors as u32, self.parameters);
-        let coefficients = MeanTable::new(&wide.sphere).expect("memory");
-        let solution = wide.sphere.solve(&coefficients, 1e-14, 1000);
-        let vectors = solution.and_then(|solution| solution.for_walks::<F, _>(&coefficients, all));
-        let vectors = vectors.expect("a contraction");
-        offers.piecewise(
-            "two points an axis",
-            &Rounded::<_, F>::new(&coefficients),
-            all,
-            vectors.v(),
-            vectors.source(),
-        );
-        offers.coefficients("two points an axis", &coefficients, 0.02);
+        let setup = SampledSetup::<_, 2, 1> {
+            equation: &wide.sphere,
+            events: &NoEvents::NEW,
+            options: SetupOptions {
+                events: 0,
+                ..SetupOptions::default()
+            },
+        };
+        let solved = setup.solve_all().and_then(|solved| solved.for_walks::<F>());
+        let tables = solved.expect("a contraction");
+        let once = 1.try_into().expect("one draw");
+        let neighbour =
+            tables.neighbour::<_, _, 2, 1>(&self.sphere, &NoEvents::<Sphere<F>>::NEW, once);
+        offers.neighbour("from steps", &neighbour.expect("its cells"));
     }
 }
 

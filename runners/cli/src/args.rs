@@ -43,10 +43,10 @@ Options override the file's values; the file's keys have the same names (`fredho
 A result is `estimate ± standard error`; about 68 % of such intervals contain the exact value, and \
 about 95 % of those twice as wide.
 
-With a target error and without cells, anything the file leaves out (cells, degree, pairs, absorption, \
-estimator) is chosen automatically: few walks on few cells measure the variance, and the fastest setting wins, \
-plain Monte Carlo if preconditioning is not worth its cost. The choice is printed, follows from the file alone, \
-and may be written into it.")]
+With a target error and without cells, anything the file leaves out (cells, degree, pairs, walks) is chosen \
+automatically: few walks on few cells measure the variance, and the fastest setting wins, plain Monte Carlo if \
+preconditioning is not worth its cost. The choice is printed, follows from the file alone, and may be written into \
+it.")]
     Solve(SolveArgs),
     /// Make one result of the parts of a run, in any order
     #[command(after_help = "\
@@ -101,8 +101,7 @@ the Galerkin solution exactly, by visible angles, so that shadows have no noise,
 a pixel find to be missing, so that the picture is unbiased. What no light reaches, behind walls and \
 within obstacles, is blank. The same file gives the same bytes for any number of threads, except with \
 --side-by-side, which compares what plain and preconditioned walks do in the same time. The file's \
-targets and walks are not used, nor its pairs: h = k on all of them has no rare large scores, which \
-would be dots in the picture.
+targets, walks and pairs are not used.
 
 Of a scene in space the picture is what a camera sees: light in greys, white where all but a fiftieth is darker, heat in \
 colours. A pixel is the mean of u over it, unbiased.
@@ -117,12 +116,12 @@ to --error. A row's sum is 1 in a closed scene. Areas times form factors are sym
     Factors(FactorsArgs),
     /// Write the Galerkin solution and the neighbour equation as tables for a microcontroller
     #[command(after_help = "\
-A .bin is read in place by `fredholm_embedded::Table`, which checks it; a .rs has the same arrays as \
-constants. Kernel and source of a cube are formulas here and must be written in Rust there.")]
+Of rooms, scenes and cubes. The table is read in place by `fredholm_embedded::Tables`, which checks it. Kernel and source of a \
+cube are formulas here and must be written in Rust there.")]
     Export(ExportArgs),
     /// Compare published numbers with what this program finds
     #[command(after_help = "\
-Some ninety numbers that others published or derived, each with its source: exact solutions on the circle \
+A hundred numbers that others published or derived, each with its source: exact solutions on the circle \
 and on the cube, form factors to twelve digits, light in rooms, the paper's deviations and rates. Every \
 one is asked for as you would ask: by a problem file, which is built in, with fixed seeds.
 
@@ -264,9 +263,9 @@ pub(crate) struct RenderArgs {
     /// Rooms: a mark at every target that is a point, and its name
     #[arg(long, conflicts_with = "profile")]
     pub(crate) targets: bool,
-    /// Every pixel from one set of walks, by the whole function; --walks is their number [default: 8192]
+    /// Every pixel from one set of walks, by a global estimate; --walks is their number [default: 8192]
     #[arg(long, conflicts_with = "side_by_side")]
-    pub(crate) whole: bool,
+    pub(crate) global: bool,
     /// Where to write a picture of the standard errors, .png or .svg
     #[arg(long, value_name = "FILE", conflicts_with = "profile")]
     pub(crate) errors: Option<PathBuf>,
@@ -285,7 +284,7 @@ pub(crate) struct RenderArgs {
 pub(crate) struct ExportArgs {
     /// The problem file (TOML)
     pub(crate) file: PathBuf,
-    /// Where to write: .rs, constants in Rust, or .bin, a compact table with a checksum
+    /// Where to write: .bin, a compact table with a checksum
     #[arg(short, long, value_name = "FILE")]
     pub(crate) out: PathBuf,
 }
@@ -349,7 +348,7 @@ pub(crate) struct Method {
     /// How the neighbour equation treats pairs of cells
     #[arg(long, value_name = "NAME", value_parser = choices::<Pairs>())]
     pub(crate) pairs: Option<Pairs>,
-    /// What a walk scores
+    /// What a walk scores; with "absorption" walks end with the constant probability `absorption`, by default 0.2
     #[arg(long, value_name = "NAME", value_parser = choices::<Estimator>())]
     pub(crate) estimator: Option<Estimator>,
     /// The form of the control variate
@@ -384,25 +383,22 @@ pub(crate) fn set<T>(to: &mut Placed<T>, option: &'static str, given: Option<T>)
 pub(crate) struct SolveArgs {
     /// The problem file (TOML), or - for the standard input
     pub(crate) file: PathBuf,
-    /// Answer all targets from one set of walks, with a band that holds for all points together. Nothing is chosen: what the
-    /// file leaves out has its default. Not for scenes
-    #[arg(long, conflicts_with = "no_whole")]
-    pub(crate) whole: bool,
+    /// Answer all targets from one set of walks, with a band that holds for all points together; in scenes, means over
+    /// surfaces. Nothing is chosen: what the file leaves out has its default
+    #[arg(long, conflicts_with = "no_global")]
+    pub(crate) global: bool,
     /// Walk for every target by itself, also where a target error would be reached sooner from one set of walks
     #[arg(long)]
-    pub(crate) no_whole: bool,
+    pub(crate) no_global: bool,
     #[command(flatten)]
     pub(crate) method: Method,
     /// Circles and cubes: degree of the polynomials on which F + T_K v is projected, for walks that follow it
     #[arg(long, value_name = "p")]
     pub(crate) lift: Option<usize>,
-    /// Cubes of many cells: stages of walks in place of a matrix, which takes the memory of some vectors
-    #[arg(long, value_name = "n")]
-    pub(crate) stages: Option<u32>,
-    /// With --whole: degree of the polynomials on whose coefficients walks score [default: two more than the degree]
-    #[arg(long, value_name = "p", requires = "whole")]
+    /// With --global: degree of the polynomials on whose coefficients walks score [default: two more than the degree]
+    #[arg(long, value_name = "p", requires = "global")]
     pub(crate) score_degree: Option<usize>,
-    /// Walks for each target, with --whole for all; with a target error the maximum number
+    /// Walks for each target, with --global for all; with a target error the maximum number
     #[arg(long, value_name = "N", value_parser = count::<u64>)]
     pub(crate) walks: Option<u64>,
     /// Stop a target once this standard error is reached
@@ -414,12 +410,15 @@ pub(crate) struct SolveArgs {
     /// Stop walking after this time with what has been done by then; the set-up is not counted
     #[arg(long, value_name = "SECONDS")]
     pub(crate) time_limit: Option<f64>,
+    /// The method [default: walks]
+    #[arg(long = "method", value_name = "NAME", value_parser = choices::<fredholm::Method>())]
+    pub(crate) by: Option<fredholm::Method>,
     /// The numbers that walks draw
     #[arg(long, value_name = "NAME", value_parser = choices::<Sequence>())]
     pub(crate) sequence: Option<Sequence>,
-    /// Number of first states in which walks are not absorbed
+    /// Number of first states in which walks do not end
     #[arg(long, value_name = "n")]
-    pub(crate) survivals: Option<u32>,
+    pub(crate) forced_steps: Option<u32>,
     /// Whether the last step of walks leads to the light, in rooms and circles
     #[arg(long, value_name = "true|false")]
     pub(crate) last_step: Option<bool>,
@@ -443,10 +442,10 @@ pub(crate) struct SolveArgs {
     pub(crate) out: Option<PathBuf>,
     /// Keep the batches of walks that are done in this file, which is written many times a second. The same command goes on with
     /// it, whatever ended it, to the bits of a run that nothing ended
-    #[arg(long, value_name = "FILE", conflicts_with = "whole")]
+    #[arg(long, value_name = "FILE", conflicts_with = "global")]
     pub(crate) save: Option<PathBuf>,
-    /// Solve the Galerkin system once for many runs: what takes long of the set-up is written to this file, or taken from it
-    /// if it is there. Needs a given number of cells
+    /// Solve the Galerkin system of a cube, a room or a scene once for many runs: what takes long of the set-up is written to this
+    /// file, or taken from it if it is there. Needs a given number of cells
     #[arg(long, value_name = "FILE", conflicts_with = "system")]
     pub(crate) save_system: Option<PathBuf>,
     /// Take the solved system from this file, which `--save-system` made; all processes of a machine share its tables

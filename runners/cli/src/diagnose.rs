@@ -65,7 +65,8 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> Result<Ended, Failure> {
             None => walk.pairs,
         }
         .word(),
-        estimator: walk.estimator.word(),
+        absorption: walk.absorption.probability(),
+        estimator: walk.absorption.estimator().word(),
         form: walk.form.word(),
         diagnosis: &diagnosis,
     };

@@ -10,6 +10,7 @@ mod drawing;
 mod export;
 mod factors;
 mod failure;
+mod global;
 mod init;
 mod merge;
 mod paper;
@@ -23,7 +24,6 @@ mod sparse;
 mod table;
 mod threads;
 mod verify;
-mod whole;
 
 use std::process::ExitCode;
 

@@ -6,7 +6,7 @@ use std::time::Instant;
 use fredholm::answer::{Solved, Walks};
 use fredholm::circle::{CircleModel, Emission};
 use fredholm::model::Request;
-use fredholm::{Discretisation, Form, Goal, Model, Pairs, Region, Settings};
+use fredholm::{Discretisation, Estimator, Form, Goal, Model, Pairs, Region, Settings};
 use fredholm_circle::Harmonic;
 use fredholm_core::{RngUniforms, StopReason, Uniforms, WalkSeeds};
 use fredholm_plot::{Curve, LogLogPlot, Style};
@@ -180,7 +180,7 @@ fn rows(most: u64) -> Vec<(usize, u64)> {
 pub(crate) fn compute(args: &PaperArgs, signals: &Signals) -> Result<Table, Failure> {
     let start = Instant::now();
     let (reflectance, points) = choices(args.seed);
-    let goal = |&s: &f64| Goal::new(format!("{s}"), Region::Angle(s));
+    let goal = |&s: &f64| Goal::new(format!("{s}"), Region::Point(vec![s]));
     let goals: Vec<Goal> = points.iter().map(goal).collect();
     let model = CircleModel::new(reflectance.clone(), Emission::Harmonic(LIGHT));
     let settings = Settings {
@@ -193,6 +193,7 @@ pub(crate) fn compute(args: &PaperArgs, signals: &Signals) -> Result<Table, Fail
             Pairs::Default
         }),
         absorption: Some(ABSORPTION),
+        estimator: Some(Estimator::Absorption),
         seed: args.seed,
         ..Settings::default()
     };
@@ -210,7 +211,7 @@ pub(crate) fn compute(args: &PaperArgs, signals: &Signals) -> Result<Table, Fail
     let mut rows = Vec::new();
     'all: for n in SIZES {
         let cells = model.partition(&cut.on(n)).map_err(Failure::run)?;
-        let solved = Solved::new(&*cells, ABSORPTION).map_err(Failure::run)?;
+        let solved = Solved::new(&*cells).map_err(Failure::run)?;
         for &(_, walks) in wanted.iter().filter(|row| row.0 == n) {
             let mut walk = settings.walk_options();
             walk.walks = walks;

@@ -20,7 +20,7 @@ use crate::threads::with_threads;
 
 pub(crate) use room::shares;
 
-/// Walks of a whole function, for all pixels together.
+/// Walks of a global estimate, for all pixels together.
 const WHOLE_WALKS: u64 = 8192;
 
 /// The formats.
@@ -127,9 +127,9 @@ fn refuse(args: &RenderArgs, model: &Resolution) -> Result<(), Failure> {
             "`--height`, `--from`, `--towards` and `--angle` are for cameras: a room in the plane is seen from above"
         }
         Resolution::Scene(_)
-            if args.whole || args.profile || args.targets || args.radiant_temperature =>
+            if args.global || args.profile || args.targets || args.radiant_temperature =>
         {
-            "`--whole`, `--profile`, `--targets` and `--radiant-temperature` are for rooms in the plane: `kind = \"room\"`"
+            "`--global`, `--profile`, `--targets` and `--radiant-temperature` are for rooms in the plane: `kind = \"room\"`"
         }
         Resolution::Room(room) if args.profile && room.colours().is_some() => {
             "`--profile` has one channel: ask for targets along a surface, a `grid`, which have all"
@@ -184,9 +184,9 @@ struct Picturing<'a> {
 }
 
 impl Picturing<'_> {
-    /// The settings of so many walks for each place, if nothing else is asked for, or of a whole function.
+    /// The settings of so many walks for each place, if nothing else is asked for, or of a global estimate.
     fn walk(&self, each: u64) -> WalkOptions {
-        let default = if self.args.whole { WHOLE_WALKS } else { each };
+        let default = if self.args.global { WHOLE_WALKS } else { each };
         WalkOptions {
             walks: self.args.walks.unwrap_or(default),
             ..self.problem.resolved.settings.walk_options()
@@ -195,7 +195,7 @@ impl Picturing<'_> {
 
     /// The progress of these walks for each of so many places.
     fn progress(&self, walk: &WalkOptions, places: u64) -> Progress<'_> {
-        let places = if self.args.whole { 1 } else { places };
+        let places = if self.args.global { 1 } else { places };
         Progress::new(walk.walks.saturating_mul(places), self.signals)
     }
 

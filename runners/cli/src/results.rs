@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use fredholm::report::{Column, Columns, Report, WholeReport};
+use fredholm::report::{Column, Columns, GlobalReport, Report};
 use fredholm_file::npz::Archive;
 use fredholm_parts::output::Output;
 use fredholm_plot::{Cell, Figure, GridPicture, Mesh, Quantity, lattice};
@@ -188,7 +188,7 @@ fn npz(report: &impl Results) -> Result<Vec<u8>, Failure> {
     Ok(archive.finish()?)
 }
 
-/// Where targets are in space: nowhere in a scene whose whole function is asked for, which shows its cells.
+/// Where targets are in space: nowhere in a scene whose global estimate is asked for, which shows its cells.
 #[derive(Default)]
 pub(crate) struct Places {
     /// The numbers of the targets that are points, and their places.
@@ -199,7 +199,7 @@ pub(crate) struct Places {
 impl Places {
     fn new(problem: &Problem) -> Result<Self, &'static str> {
         let model = problem.model();
-        if !model.whole_has_points() && problem.resolved.settings.whole == Some(true) {
+        if !model.whole_has_points() && problem.resolved.settings.global == Some(true) {
             return Ok(Self::default());
         }
         let about = model.about();
@@ -209,7 +209,7 @@ impl Places {
         let points: Vec<_> = places.collect();
         if points.is_empty() {
             return Err(match about.dimension {
-                _ if !model.whole_has_points() => "no target is a point: `--whole` has all cells",
+                _ if !model.whole_has_points() => "no target is a point: `--global` has all cells",
                 None | Some(..=3) => "no target is a point",
                 _ => "a mesh has three dimensions at most: write .csv or .npz",
             });
@@ -306,7 +306,7 @@ impl Results for Report {
     }
 }
 
-impl Results for WholeReport {
+impl Results for GlobalReport {
     fn csv(&self) -> Result<String, fredholm::Error> {
         Self::csv(self)
     }

@@ -19,12 +19,12 @@ use crate::args::{SolveArgs, set};
 use crate::drawing;
 use crate::failure::{Ended, Failure, print, say};
 use crate::file::{self, Placed, ProblemFile};
+use crate::global;
 use crate::numbers::short;
 use crate::progress::{Progress, Signals};
 use crate::results::{self, Format};
 use crate::table;
 use crate::threads::with_threads;
-use crate::whole;
 use fredholm_parts::output::Output;
 
 /// Reads and validates a file, with the command line's values in place of its own.
@@ -61,12 +61,16 @@ fn replace(file: &mut ProblemFile, args: &SolveArgs) {
     if let Some(lift) = args.lift {
         file.galerkin.lift = Some(Placed::flag("--lift", lift));
     }
-    if let Some(stages) = args.stages {
-        file.galerkin.stages = Some(Placed::flag("--stages", stages));
+    if let Some(method) = args.by {
+        file.walk.method = Some(Placed::flag("--method", method));
     }
     set(&mut file.walk.walks, "--walks", args.walks);
     set(&mut file.walk.sequence, "--sequence", args.sequence);
-    set(&mut file.walk.survivals, "--survivals", args.survivals);
+    set(
+        &mut file.walk.forced_steps,
+        "--forced-steps",
+        args.forced_steps,
+    );
     let flag = |name, given: Option<bool>| given.map(|value| Placed::flag(name, value));
     let walk = &mut file.walk;
     walk.last_step = flag("--last-step", args.last_step).or(walk.last_step.take());
@@ -75,9 +79,9 @@ fn replace(file: &mut ProblemFile, args: &SolveArgs) {
     set(&mut file.walk.seed, "--seed", args.seed);
     let relative = args.relative.then_some(true);
     set(&mut file.walk.relative, "--relative", relative);
-    match (args.whole, args.no_whole) {
-        (true, _) => file.walk.whole = Some(Placed::flag("--whole", true)),
-        (_, true) => file.walk.whole = Some(Placed::flag("--no-whole", false)),
+    match (args.global, args.no_global) {
+        (true, _) => file.walk.global = Some(Placed::flag("--global", true)),
+        (_, true) => file.walk.global = Some(Placed::flag("--no-global", false)),
         _ => {}
     }
     file.walk.allow_infinite_variance = args.allow_infinite_variance;
@@ -151,8 +155,8 @@ pub(crate) fn solve(
     process: Option<Process<'_>>,
 ) -> Result<Ended, Failure> {
     let begun = begin(args, process)?;
-    if begun.problem.resolved.settings.whole == Some(true) {
-        return whole::solve(begun, &args.common, signals);
+    if begun.problem.resolved.settings.global == Some(true) {
+        return global::solve(begun, &args.common, signals);
     }
     let problem = &begun.problem;
     let parts = args.part.map_or(1, |part| part.of);
@@ -255,10 +259,10 @@ fn begin<'a>(args: &SolveArgs, process: Option<Process<'a>>) -> Result<Begun<'a>
              known when they are merged",
         ));
     }
-    let is_whole = settings.whole == Some(true);
+    let is_whole = settings.global == Some(true);
     if is_whole && (!is_alone || args.save.is_some() || args.part.is_some()) {
         return Err(Failure::input(
-            "one set of walks for all targets (`whole = true`, `--whole`) is neither shared by processes nor kept in parts: \
+            "one set of walks for all targets (`global = true`, `--global`) is neither shared by processes nor kept in parts: \
              leave it out, or run `fredholm` without `--save` and `--part`",
         ));
     }
@@ -396,7 +400,9 @@ pub(crate) fn check(path: &Path, out: Option<&Path>, signals: &Signals) -> Resul
         Some(_) => model.partition(&settings.discretisation()).map_err(&fail)?,
         None => {
             let cells = cut(&problem.file, model, settings, goals)?;
-            cells.check_variance(&walk).map_err(&fail)?;
+            if settings.method != Some(fredholm::Method::Resolvent) {
+                cells.check_variance(&walk).map_err(&fail)?;
+            }
             cells
         }
     };
@@ -419,17 +425,16 @@ pub(crate) fn check(path: &Path, out: Option<&Path>, signals: &Signals) -> Resul
         Some(chosen) if chosen.is_whole() => {
             rows.push((
                 "method",
-                "whole function: one set of walks for all targets".to_owned(),
+                "global estimate: one set of walks for all targets".to_owned(),
             ));
             rows.extend(neighbour);
         }
         _ => rows.extend(neighbour),
     }
-    if settings.exact_source == Some(true) {
-        rows.push(("source", "exact".to_owned()));
-    }
-    rows.push(("absorption", walk.absorption.to_string()));
-    rows.push(("estimator", walk.estimator.word().to_owned()));
+    let absorption = walk.absorption.probability();
+    let text = absorption.map_or_else(|| "roulette".to_owned(), |q| q.to_string());
+    rows.push(("absorption", text));
+    rows.push(("estimator", walk.absorption.estimator().word().to_owned()));
     rows.push(("form", walk.form.word().to_owned()));
     rows.push(("scalar", settings.scalar.word().to_owned()));
     rows.push(("targets", goals.len().to_string()));
@@ -443,10 +448,16 @@ pub(crate) fn check(path: &Path, out: Option<&Path>, signals: &Signals) -> Resul
         None => {
             let starts = (goals.len() + model.besides(goals)) / model.shared();
             let walks = walk.walks as f64 * starts as f64;
-            let steps = (1.0 / walk.absorption).min(f64::from(STEP_LIMIT));
+            // By roulette a walk goes on with the probability of its weight: √r in the mean, where r is the radius of T_k²p.
+            let survival = match absorption {
+                Some(q) => 1.0 - q,
+                None => cells.plain_radius().map_err(&fail)?.sqrt(),
+            };
+            let steps = (1.0 / (1.0 - survival).max(0.0)).min(f64::from(STEP_LIMIT));
             let pairs = cells.pointwise_pairs(walk.pairs).map_err(&fail)?;
             let cost = cells.cost(walk.pairs);
-            let each = cost.walk.seconds(walk.estimator, steps, pairs) * model.shared() as f64;
+            let each = cost.walk.seconds(walk.absorption.estimator(), steps, pairs)
+                * model.shared() as f64;
             let (states, seconds) = (walks * steps, cost.setup + walks * each);
             let most = match walk.tolerance {
                 Some(_) => "at most ",

@@ -1,6 +1,6 @@
 //! A report as JSON and as a picture.
 
-use fredholm::report::{Coordinates, Report, WholeReport};
+use fredholm::report::{Coordinates, GlobalReport, Report};
 use fredholm_plot::{Axis, Figure, GridCurve, GridPoint};
 
 use crate::failure::Failure;
@@ -30,8 +30,8 @@ pub(crate) fn svg(report: &Report, name: &str) -> Result<Figure, Failure> {
     picture(goals, (name, report.problem), words)
 }
 
-/// A picture of the same target of a whole function, with its band.
-pub(crate) fn whole_svg(report: &WholeReport, name: &str) -> Result<Figure, Failure> {
+/// A picture of the same target of a global estimate, with its band.
+pub(crate) fn whole_svg(report: &GlobalReport, name: &str) -> Result<Figure, Failure> {
     let goals = report.targets.iter().map(|target| {
         let value = &target.value;
         let error = value.band.map(|band| band / QUANTILE);
@@ -39,7 +39,11 @@ pub(crate) fn whole_svg(report: &WholeReport, name: &str) -> Result<Figure, Fail
         let point = point(target.at.as_ref(), numbers, value.iterate);
         (&target.name, point)
     });
-    let words = ["whole function", "band of all points together", "F + T_K v"];
+    let words = [
+        "global estimate",
+        "band of all points together",
+        "F + T_K v",
+    ];
     picture(goals, (name, report.summary.problem), words)
 }
 

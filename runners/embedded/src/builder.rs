@@ -1,32 +1,37 @@
 //! Tables as they are written, on a workstation.
 
-use alloc::string::String;
 use alloc::vec::Vec;
-use core::fmt::Write;
+use core::num::NonZeroU32;
+
+use fredholm_core::sampled::StepControl;
 
 use crate::checksum::Checksum;
-use crate::table::{Table, padded};
+use crate::tables::{Tables, names, padded};
 
-/// Named arrays that become a [`Table`], or a Rust source of constants.
+/// Named arrays that become [`Tables`].
 ///
 /// ```
-/// use fredholm_embedded::{Table, TableBuilder};
+/// use fredholm_embedded::TableBuilder;
 ///
 /// let mut builder = TableBuilder::new("circle");
 /// builder.numbers("v", &[1.5_f32, 2.5]);
-/// builder.numbers("absorb", &[0.2_f64]);
+/// // Records of a `repr(C)` type, number by number.
+/// #[repr(C)]
+/// struct Slot {
+///     end: f64,
+///     cell: u32,
+/// }
+/// builder.records("slots", &[Slot { end: 0.5, cell: 7 }], |slot, fields| {
+///     fields.add(&[slot.end]);
+///     fields.add(&[slot.cell]);
+/// });
 /// # #[cfg(feature = "zerocopy")]
 /// # {
-/// # let words = |bytes: Vec<u8>| -> Vec<u64> {
-/// #     bytes.chunks(8).map(|c| u64::from_le_bytes(c.try_into().unwrap())).collect()
-/// # };
-/// # let aligned = words(builder.to_bytes());
-/// # use fredholm_embedded::zerocopy::IntoBytes;
-/// # let bytes = aligned.as_bytes();
-/// let table = Table::read(bytes, "circle")?;
-/// assert_eq!(table.slice::<f32>("v")?, [1.5, 2.5]);
-/// assert_eq!(table.one::<f64>("absorb")?, 0.2);
-/// assert!(builder.to_source().contains("pub(crate) static V: [f32; 2] = [1.5, 2.5];"));
+/// # use fredholm_embedded::{Tables, zerocopy::IntoBytes};
+/// # let words: Vec<u64> = (builder.to_bytes().chunks(8)).map(|c| u64::from_le_bytes(c.try_into().unwrap())).collect();
+/// # let bytes = words.as_bytes();
+/// let tables = Tables::read(bytes, "circle")?;
+/// assert_eq!(tables.get::<f32>("v")?, [1.5, 2.5]);
 /// # }
 /// # Ok::<(), fredholm_embedded::TableError>(())
 /// ```
@@ -39,11 +44,9 @@ pub struct TableBuilder {
 #[derive(Clone, Debug)]
 struct Section {
     name: &'static str,
-    /// The name of the element's type in Rust.
-    element: String,
+    /// Bytes of an element.
     size: usize,
     bytes: Vec<u8>,
-    texts: Vec<String>,
 }
 
 mod sealed {
@@ -56,31 +59,45 @@ mod sealed {
 
 /// A number of a table: `u8`, `u32`, `f32` or `f64`.
 pub trait Number: sealed::Sealed + Copy {
-    /// The name of the element's type in Rust.
-    const NAME: &'static str;
     /// The bytes of the number, little endian.
-    fn bytes(self) -> impl Iterator<Item = u8>;
-    /// The number as a literal that is read as the same bits.
-    fn literal(self) -> String;
+    fn bytes(self) -> impl AsRef<[u8]>;
 }
 
 macro_rules! number {
-    ($number:ident) => {
+    ($($number:ident)*) => {$(
         impl Number for $number {
-            const NAME: &'static str = stringify!($number);
-            fn bytes(self) -> impl Iterator<Item = u8> {
-                self.to_le_bytes().into_iter()
-            }
-            fn literal(self) -> String {
-                alloc::format!("{self:?}")
+            fn bytes(self) -> impl AsRef<[u8]> {
+                self.to_le_bytes()
             }
         }
-    };
+    )*};
 }
-number!(u8);
-number!(u32);
-number!(f32);
-number!(f64);
+number!(u8 u32 f32 f64);
+
+/// The fields of a record, as they are written: each at a multiple of its size, as `repr(C)` has them.
+#[derive(Debug)]
+pub struct Fields<'b> {
+    bytes: &'b mut Vec<u8>,
+    /// Where the record begins.
+    start: usize,
+}
+
+impl Fields<'_> {
+    /// Adds the next numbers of the record.
+    pub fn add<T: Number>(&mut self, numbers: &[T]) {
+        self.pad(size_of::<T>());
+        for number in numbers {
+            self.bytes.extend_from_slice(number.bytes().as_ref());
+        }
+    }
+
+    /// Fills up with zeros to a multiple of so many bytes.
+    fn pad(&mut self, to: usize) {
+        let length = self.bytes.len() - self.start;
+        let padded = self.start + length.next_multiple_of(to);
+        self.bytes.resize(padded, 0);
+    }
+}
 
 impl TableBuilder {
     /// No arrays yet. The `kind` has at most 8 letters.
@@ -92,48 +109,54 @@ impl TableBuilder {
         }
     }
 
-    /// An array of numbers. The name has 1 to 8 letters.
+    /// Adds an array of numbers. The name has 1 to 8 letters.
     pub fn numbers<T: Number>(&mut self, name: &'static str, values: &[T]) {
-        self.sections.push(Section {
-            name,
-            element: T::NAME.into(),
-            size: size_of::<T>(),
-            bytes: values.iter().flat_map(|value| value.bytes()).collect(),
-            texts: values.iter().map(|value| value.literal()).collect(),
-        });
+        self.records(name, values, |&value, fields| fields.add(&[value]));
     }
 
-    /// An array of records, of which `element` is the type in Rust and `size` its size; each comes as
-    /// its bytes (filled up with zeros) and as an expression in Rust.
-    pub fn records(
+    /// Adds an array of records of a `repr(C)` type, whose numbers `write` adds in the order of its fields.
+    ///
+    /// # Panics
+    /// If that makes a record of another size.
+    pub fn records<R>(
         &mut self,
         name: &'static str,
-        element: &str,
-        size: usize,
-        values: impl IntoIterator<Item = (Vec<u8>, String)>,
+        records: &[R],
+        write: impl Fn(&R, &mut Fields<'_>),
     ) {
-        let (mut bytes, mut texts) = (Vec::new(), Vec::new());
-        for (mut record, text) in values {
-            record.resize(size, 0);
-            bytes.append(&mut record);
-            texts.push(text);
+        let size = size_of::<R>();
+        let mut bytes = Vec::with_capacity(size_of_val(records));
+        for record in records {
+            let start = bytes.len();
+            let mut fields = Fields {
+                bytes: &mut bytes,
+                start,
+            };
+            write(record, &mut fields);
+            fields.pad(align_of::<R>());
+            assert_eq!(bytes.len() - start, size, "a record of `{name}`");
         }
-        self.sections.push(Section {
-            name,
-            element: element.into(),
-            size,
-            bytes,
-            texts,
-        });
+        self.sections.push(Section { name, size, bytes });
     }
 
-    /// The compact form: what [`Table::read`] reads.
+    /// Adds a neighbour equation from steps: what [`Tables::step_control`] reads.
+    pub fn step_control<F: Number>(&mut self, control: &StepControl<'_, F>, steps: NonZeroU32) {
+        self.numbers(names::V, control.v);
+        self.numbers(names::CONTROL, control.control);
+        self.numbers(names::INTEGRAL, control.integral);
+        self.numbers(names::EVENTS, control.events);
+        self.numbers(names::OF_EVENTS, control.of_events);
+        self.numbers(names::STEPS, &[control.per_axis, steps.get()]);
+    }
+
+    /// The bytes that [`Tables::read`] reads.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut rest: Vec<u8> = padded(self.kind).into();
         for section in &self.sections {
             rest.extend(padded(section.name));
-            for word in [section.size, section.texts.len()] {
+            let count = section.bytes.len().checked_div(section.size).unwrap_or(0);
+            for word in [section.size, count] {
                 rest.extend((word as u32).to_le_bytes());
             }
         }
@@ -141,51 +164,13 @@ impl TableBuilder {
             rest.extend(&section.bytes);
             rest.resize(rest.len().next_multiple_of(8), 0);
         }
-        let mut bytes: Vec<u8> = Table::MAGIC.into();
-        bytes.extend(Table::VERSION.to_le_bytes());
+        let mut bytes: Vec<u8> = Tables::MAGIC.into();
+        bytes.extend(Tables::VERSION.to_le_bytes());
         bytes.extend((self.sections.len() as u16).to_le_bytes());
         bytes.extend(((rest.len() + 16) as u32).to_le_bytes());
         let sum = Checksum::new().bytes(&bytes).bytes(&rest).finish();
         bytes.extend(sum.to_le_bytes());
         bytes.extend(rest);
         bytes
-    }
-
-    /// The tables as Rust source: a `pub(crate) static` of every array, its name in capitals.
-    #[must_use]
-    pub fn to_source(&self) -> String {
-        let mut text = String::new();
-        for section in &self.sections {
-            let name = section.name.to_ascii_uppercase();
-            let count = section.texts.len();
-            let one_line = alloc::format!(
-                "pub(crate) static {name}: [{}; {count}] = [{}];\n",
-                section.element,
-                section.texts.join(", ")
-            );
-            if one_line.len() <= 100 {
-                text.push_str(&one_line);
-                continue;
-            }
-            // Writing to a string does not fail.
-            let _ = writeln!(
-                text,
-                "pub(crate) static {name}: [{}; {count}] = [",
-                section.element
-            );
-            let mut column = 0;
-            for value in &section.texts {
-                // As many as fit, with comma and space, into 100 columns.
-                let width = value.chars().count() + 2;
-                if column == 0 || column + width > 100 {
-                    text.push_str(if column == 0 { "   " } else { "\n   " });
-                    column = 3;
-                }
-                let _ = write!(text, " {value},");
-                column += width;
-            }
-            text.push_str("\n];\n");
-        }
-        text
     }
 }

@@ -9,12 +9,12 @@ mod builder;
 mod checksum;
 mod driver;
 mod state;
-mod table;
+mod tables;
 
 #[cfg(feature = "alloc")]
-pub use builder::{Number, TableBuilder};
-pub use driver::{Driver, Progress};
+pub use builder::{Fields, Number, TableBuilder};
+pub use driver::{Driver, DriverError, Progress};
 pub use state::{State, StateError};
-pub use table::{Aligned, Table, TableError};
+pub use tables::{Aligned, TableError, Tables};
 #[cfg(feature = "zerocopy")]
 pub use zerocopy;

@@ -4,30 +4,27 @@ use core::fmt;
 
 use fredholm_core::rand_core::{Rng, SeedableRng};
 use fredholm_core::{
-    Batch, Equation, Estimator, Form, Functional, NeighbourOf, Real, RunOptions, RunOptionsError,
-    Schedule, Statistics, Task, Termination, Tolerance,
+    Absorption, Batch, Equation, Estimator, Form, Functional, Goals, Job, NeighbourOf, Real,
+    RunOptions, Schedule, Statistics, Termination, Tolerance, Value, WalkOptions, WideOf,
 };
 
 use crate::checksum::Checksum;
-use crate::driver::{Driver, Position};
+use crate::driver::{Driver, DriverError, Position};
 
-/// Walks whose scores tell equations apart.
+/// Walks whose scores tell jobs apart.
 const WITNESSES: u64 = 4;
 
 /// The state that a run has to keep through a reset: restored and continued, it ends with the same
-/// bits. The layout of [`to_bytes`](Self::to_bytes) is in the crate's documentation.
+/// bits. The layout of [`write`](Self::write) is in the crate's documentation.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct State {
-    /// Walks, batch size, tolerance, estimator, form and step limit, hashed.
+pub struct State<const S: usize = 1> {
+    /// The options of walks and of the run, hashed.
     options: u32,
-    /// The first draws: seed, goal number and generator.
-    draws: u32,
-    /// Scalar, (v, Φ), and the scores of the first walks: equation, neighbour equation and start.
-    equation: u32,
+    /// Scalar, (v, Φ), and the scores of the first walks: equation, neighbour equation, goal and generator.
+    walks: u32,
     stage_end: u64,
-    merged: Statistics,
-    batch: Statistics,
+    merged: [Statistics; S],
+    batches: [Statistics; S],
 }
 
 /// Why a state is not one to go on from.
@@ -36,6 +33,8 @@ pub struct State {
 pub enum StateError {
     /// There are not as many bytes as a state has, or it says so itself.
     Length {
+        /// The bytes that a state has.
+        expected: usize,
         /// The bytes that were there, or that it says.
         found: usize,
     },
@@ -48,67 +47,65 @@ pub enum StateError {
     },
     /// The checksum is wrong: a byte was lost or changed.
     Checksum,
-    /// The state was saved with other walks, batch size, tolerance, estimator, form or step limit.
+    /// The state was saved with another number of walks, batch size, tolerance, seed, absorption, form or step limit.
     OtherOptions,
-    /// The state was saved with another seed, goal number or generator.
-    OtherDraws,
-    /// The state was saved with another equation, neighbour equation, start, (v, Φ) or scalar.
-    OtherEquation,
+    /// The state was saved with another equation, neighbour equation, goal, (v, Φ), scalar or generator.
+    OtherWalks,
     /// The numbers of walks and batches contradict each other or the options, or nobody can have run
     /// so many.
     Contradiction,
-    /// The options are impossible.
-    Options(RunOptionsError),
+    /// There is no such run.
+    Driver(DriverError),
 }
 
 impl fmt::Display for StateError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Length { found } => {
-                write!(f, "a saved state has {} bytes, not {found}", State::BYTES)
+            Self::Length { expected, found } => {
+                write!(f, "a saved state has {expected} bytes, not {found}")
             }
             Self::Foreign => f.write_str("this is no saved state: its first bytes are others"),
             Self::Version { found } => {
-                let here = State::VERSION;
-                write!(f, "a saved state of version {here} is needed, not {found}")
+                write!(f, "a saved state of version {VERSION} is needed, not {found}")
             }
             Self::Checksum => f.write_str("the saved state is damaged: its checksum is wrong"),
             Self::OtherOptions => f.write_str(
-                "the state was saved with other walks, batch size, tolerance, estimator, form or step \
-                 limit: restore it with those, or begin anew",
+                "the state was saved with another number of walks, batch size, tolerance, seed, absorption, form or \
+                 step limit: restore it with those, or begin anew",
             ),
-            Self::OtherDraws => f.write_str(
-                "the state was saved with another seed, goal number or generator: restore it with \
-                 those, or begin anew",
-            ),
-            Self::OtherEquation => f.write_str(
-                "the state was saved with another equation, neighbour equation, start or scalar: \
-                 restore it with those, or begin anew",
+            Self::OtherWalks => f.write_str(
+                "the state was saved with another equation, neighbour equation, goal, scalar or generator: restore it \
+                 with those, or begin anew",
             ),
             Self::Contradiction => {
                 f.write_str("the saved state's numbers of walks and batches cannot be")
             }
-            Self::Options(error) => error.fmt(f),
+            Self::Driver(error) => error.fmt(f),
         }
     }
 }
 
 impl core::error::Error for StateError {}
 
-impl State {
-    /// The length of [`to_bytes`](Self::to_bytes).
-    pub const BYTES: usize = 32 + 2 * Statistics::BYTES;
-    const MAGIC: [u8; 4] = *b"FHST";
-    const VERSION: u16 = 1;
+const MAGIC: [u8; 4] = *b"FHST";
+const VERSION: u16 = 2;
+/// Bytes before the checksum.
+const HEAD: usize = 24;
 
-    /// The state as bytes, with version and checksum.
-    #[must_use]
-    pub fn to_bytes(&self) -> [u8; Self::BYTES] {
-        let mut head = [0; 28];
-        let [m0, m1, m2, m3] = Self::MAGIC;
-        let [v0, v1] = Self::VERSION.to_le_bytes();
+impl<const S: usize> State<S> {
+    /// The number of bytes of a state.
+    pub const BYTES: usize = HEAD + 4 + 2 * S * Statistics::BYTES;
+
+    /// Writes the state as bytes, with version and checksum.
+    ///
+    /// # Errors
+    /// [`StateError::Length`]: there are not [`BYTES`](Self::BYTES) of them.
+    pub fn write(&self, bytes: &mut [u8]) -> Result<(), StateError> {
+        let (head, stored, rest) = parts_mut::<S>(bytes)?;
+        let [m0, m1, m2, m3] = MAGIC;
+        let [v0, v1] = VERSION.to_le_bytes();
         let [b0, b1] = (Self::BYTES as u16).to_le_bytes();
-        let words = [self.options, self.draws, self.equation].map(u32::to_le_bytes);
+        let words = [self.options, self.walks].map(u32::to_le_bytes);
         let begin = [m0, m1, m2, m3, v0, v1, b0, b1];
         let words = words.as_flattened().iter().copied();
         let fields = begin.into_iter().chain(words);
@@ -116,191 +113,228 @@ impl State {
         for (to, from) in head.iter_mut().zip(fields) {
             *to = from;
         }
-        let (merged, batch) = (self.merged.to_bytes(), self.batch.to_bytes());
-        let checksum = checksum(&head, &merged, &batch).to_le_bytes();
-        let mut bytes = [0; Self::BYTES];
-        let parts = [&head[..], &checksum, &merged, &batch];
-        for (to, from) in bytes.iter_mut().zip(parts.into_iter().flatten()) {
-            *to = *from;
+        let statistics = self.merged.iter().chain(&self.batches);
+        for (to, from) in rest.chunks_exact_mut(Statistics::BYTES).zip(statistics) {
+            for (to, from) in to.iter_mut().zip(from.to_bytes()) {
+                *to = from;
+            }
         }
-        bytes
+        *stored = checksum(head, rest).to_le_bytes();
+        Ok(())
     }
 
-    /// Reads the bytes that [`to_bytes`](Self::to_bytes) gave.
+    /// Reads the bytes that [`write`](Self::write) wrote.
     ///
     /// # Errors
     /// [`StateError::Length`], [`StateError::Foreign`], [`StateError::Version`],
     /// [`StateError::Checksum`], [`StateError::Contradiction`].
-    pub fn from_bytes(bytes: &[u8]) -> Result<Self, StateError> {
-        let length = || StateError::Length { found: bytes.len() };
-        let whole: &[u8; Self::BYTES] = bytes.try_into().map_err(|_| length())?;
-        let (head, rest) = whole.split_first_chunk::<28>().ok_or_else(length)?;
-        let (stored, rest) = rest.split_first_chunk::<4>().ok_or_else(length)?;
-        let (merged, rest) = rest.split_first_chunk().ok_or_else(length)?;
-        let batch = rest.first_chunk().ok_or_else(length)?;
+    pub fn read(bytes: &[u8]) -> Result<Self, StateError> {
+        let length = |found| StateError::Length {
+            expected: Self::BYTES,
+            found,
+        };
+        let whole = length(bytes.len());
+        if bytes.len() != Self::BYTES {
+            return Err(whole);
+        }
+        let (head, rest) = bytes.split_first_chunk::<HEAD>().ok_or(whole)?;
+        let (stored, rest) = rest.split_first_chunk::<4>().ok_or(whole)?;
         let [m0, m1, m2, m3, v0, v1, b0, b1, words @ ..] = *head;
-        if [m0, m1, m2, m3] != Self::MAGIC {
+        if [m0, m1, m2, m3] != MAGIC {
             return Err(StateError::Foreign);
         }
         let found = u16::from_le_bytes([v0, v1]);
-        if found != Self::VERSION {
+        if found != VERSION {
             return Err(StateError::Version { found });
         }
-        if checksum(head, merged, batch) != u32::from_le_bytes(*stored) {
+        if checksum(head, rest) != u32::from_le_bytes(*stored) {
             return Err(StateError::Checksum);
         }
         let found = usize::from(u16::from_le_bytes([b0, b1]));
         if found != Self::BYTES {
-            return Err(StateError::Length { found });
+            return Err(length(found));
         }
         let (words, _) = words.as_chunks::<4>();
         let mut words = words.iter().map(|bytes| u32::from_le_bytes(*bytes));
         let mut next = || words.next().unwrap_or(0);
-        let [options, draws, equation, low, high] = core::array::from_fn(|_| next());
-        let statistics = |bytes| Statistics::from_bytes(bytes).ok_or(StateError::Contradiction);
-        Ok(Self {
+        let [options, walks, low, high] = core::array::from_fn(|_| next());
+        let mut state = Self {
             options,
-            draws,
-            equation,
+            walks,
             stage_end: u64::from(high) << 32 | u64::from(low),
-            merged: statistics(merged)?,
-            batch: statistics(batch)?,
-        })
+            merged: [Statistics::default(); S],
+            batches: [Statistics::default(); S],
+        };
+        let (chunks, _) = rest.as_chunks::<{ Statistics::BYTES }>();
+        let statistics = state.merged.iter_mut().chain(&mut state.batches);
+        for (to, from) in statistics.zip(chunks) {
+            *to = Statistics::from_bytes(from).ok_or(StateError::Contradiction)?;
+        }
+        Ok(state)
     }
 
-    /// The position in this options.
-    fn position(&self, options: &RunOptions) -> Option<Position> {
-        // What serde read has passed no check.
-        let merged = Statistics::from_bytes(&self.merged.to_bytes())?;
-        let part = Statistics::from_bytes(&self.batch.to_bytes())?;
-        let index = options.batches_of(merged.walks());
+    /// The position with these options.
+    fn position(&self, options: &RunOptions) -> Option<Position<S>> {
+        let (all, part) = (self.merged.first()?, self.batches.first()?);
+        // Goals that share their walks have as many of them.
+        let is_equal = |of: &[Statistics; S], one: &Statistics| {
+            of.iter().all(|other| other.walks() == one.walks())
+        };
+        let index = options.batches_of(all.walks());
         let whole = index.saturating_mul(options.batch).min(options.walks);
-        let batch = Batch::resume(index, options.batch, options.walks, part)?;
-        let schedule = Schedule::resume(*options, index..self.stage_end)?;
-        let ended = schedule.stage().is_empty();
-        let fits = merged.walks() == whole
+        let mut batches = [Batch::new(index, options.batch, options.walks); S];
+        for (batch, part) in batches.iter_mut().zip(&self.batches) {
+            *batch = Batch::resume(index, options.batch, options.walks, *part)?;
+        }
+        let position = Position {
+            merged: self.merged,
+            batches,
+            schedule: Schedule::resume(*options, index..self.stage_end)?,
+        };
+        let ended = position.has_ended();
+        let fits = all.walks() == whole
+            && is_equal(&self.merged, all)
+            && is_equal(&self.batches, part)
             // What has ended has a reason, and nothing behind its end.
-            && (!ended || part.walks() == 0 && schedule.stop(&merged).is_some())
-            // A batch that is done has been merged.
-            && (ended || !batch.is_done());
-        fits.then_some(Position {
-            merged,
-            batch,
-            schedule,
-        })
+            && (!ended || part.walks() == 0 && position.stop().is_some())
+            // A batch that is done is merged.
+            && (ended || !batches.first()?.is_done());
+        fits.then_some(position)
     }
 }
 
-fn checksum(
-    head: &[u8; 28],
-    merged: &[u8; Statistics::BYTES],
-    batch: &[u8; Statistics::BYTES],
-) -> u32 {
-    Checksum::new()
-        .bytes(head)
-        .bytes(merged)
-        .bytes(batch)
-        .finish()
+type Parts<'b> = (&'b mut [u8; HEAD], &'b mut [u8; 4], &'b mut [u8]);
+
+/// What is before the checksum, the checksum, and what is behind it.
+fn parts_mut<const S: usize>(bytes: &mut [u8]) -> Result<Parts<'_>, StateError> {
+    let length = StateError::Length {
+        expected: State::<S>::BYTES,
+        found: bytes.len(),
+    };
+    if bytes.len() != State::<S>::BYTES {
+        return Err(length);
+    }
+    let (head, rest) = bytes.split_first_chunk_mut().ok_or(length)?;
+    let (stored, rest) = rest.split_first_chunk_mut().ok_or(length)?;
+    Ok((head, stored, rest))
 }
 
-impl<'a, E, N, T, G> Driver<'a, E, N, T, G>
+/// The checksum of all bytes but its own.
+fn checksum(head: &[u8; HEAD], rest: &[u8]) -> u32 {
+    Checksum::new().bytes(head).bytes(rest).finish()
+}
+
+impl<'a, 'g, E, N, T, G, const S: usize> Driver<'a, Goals<'g, E, N, T, G>, S>
 where
     E: Equation,
     N: NeighbourOf<E> + ?Sized,
     T: Functional<E>,
     G: Rng + SeedableRng,
+    Goals<'g, E, N, T, G>: Job,
 {
     /// The state to keep through a reset. Runs the first four walks again, whose scores tell at
     /// [`restore`](Self::restore) whether everything is as it was.
     #[must_use]
-    pub fn save(&self) -> State {
+    pub fn save(&self) -> State<S> {
         let position = self.position();
         State {
-            options: options_sum(position.schedule.options(), self.task()),
-            draws: draws_of(self.task()),
-            equation: equation_of(self.task()),
+            options: options_sum(position.schedule.options(), &self.job().options),
+            walks: walks_sum(self.job(), self.first() / S.max(1)),
             stage_end: position.schedule.stage().end,
             merged: position.merged,
-            batch: *position.batch.statistics(),
+            batches: position.batches.map(|batch| *batch.statistics()),
         }
     }
 
-    /// Goes on where a run with the same task and options was saved.
+    /// Goes on where a run with the same job, goals and options was saved.
     ///
     /// # Errors
-    /// [`StateError::OtherOptions`], [`StateError::OtherDraws`], [`StateError::OtherEquation`],
-    /// [`StateError::Contradiction`], [`StateError::Options`].
+    /// [`StateError::OtherOptions`], [`StateError::OtherWalks`], [`StateError::Contradiction`], [`StateError::Driver`].
     pub fn restore(
-        task: Task<'a, E, N, T, G>,
+        job: &'a Goals<'g, E, N, T, G>,
+        first: usize,
         options: RunOptions,
-        state: &State,
+        state: &State<S>,
     ) -> Result<Self, StateError> {
-        options.validate().map_err(StateError::Options)?;
-        if state.options != options_sum(&options, &task) {
+        let impossible = |error| StateError::Driver(DriverError::Options(error));
+        options.validate().map_err(impossible)?;
+        Self::check(job, first).map_err(StateError::Driver)?;
+        if state.options != options_sum(&options, &job.options) {
             return Err(StateError::OtherOptions);
         }
-        if state.draws != draws_of(&task) {
-            return Err(StateError::OtherDraws);
-        }
-        if state.equation != equation_of(&task) {
-            return Err(StateError::OtherEquation);
+        if state.walks != walks_sum(job, first / S.max(1)) {
+            return Err(StateError::OtherWalks);
         }
         let position = state.position(&options).ok_or(StateError::Contradiction)?;
-        Ok(Self::at(task, position))
+        Ok(Self::at(job, first, position))
     }
 }
 
-fn options_sum<E, N: ?Sized, T, G>(options: &RunOptions, task: &Task<'_, E, N, T, G>) -> u32 {
+fn options_sum(options: &RunOptions, walks: &WalkOptions) -> u32 {
     let (kind, bound) = match options.tolerance {
         None => (0, 0.0),
         Some(Tolerance::Absolute(bound)) => (1, bound),
         Some(Tolerance::Relative(bound)) => (2, bound),
     };
-    let scores = match (task.estimator, task.form) {
-        (Estimator::Absorption, Form::Product) => 0,
-        (Estimator::Collision, Form::Product) => 1,
-        (Estimator::Absorption, Form::Residual) => 2,
-        (Estimator::Collision, Form::Residual) => 3,
+    let (ends, probability) = match walks.absorption {
+        Absorption::Roulette => (0, 0.0),
+        Absorption::Constant {
+            probability,
+            estimator: Estimator::Absorption,
+        } => (1, probability),
+        Absorption::Constant { probability, .. } => (2, probability),
+    };
+    let form = match walks.form {
+        Form::Product => 0,
+        Form::Residual => 1,
     };
     Checksum::new()
         .word(options.walks)
         .word(options.batch)
         .word(kind)
         .word(bound.to_bits())
-        .word(scores)
-        .word(u64::from(task.length.step_limit))
-        .word(u64::from(task.length.survivals))
+        .word(walks.seed)
+        .word(ends)
+        .word(probability.to_bits())
+        .word(form)
+        .word(u64::from(walks.step_limit))
+        .word(u64::from(walks.forced_steps))
         .finish()
 }
 
-fn draws_of<E, N: ?Sized, T, G: Rng + SeedableRng>(task: &Task<'_, E, N, T, G>) -> u32 {
-    (0..WITNESSES)
-        .fold(Checksum::new(), |sum, walk| {
-            sum.word(task.seeds.generator(walk).next_u64())
-        })
-        .finish()
-}
-
-fn equation_of<E, N, T, G>(task: &Task<'_, E, N, T, G>) -> u32
+fn walks_sum<E, N, T, G>(job: &Goals<'_, E, N, T, G>, goal: usize) -> u32
 where
     E: Equation,
     N: NeighbourOf<E> + ?Sized,
     T: Functional<E>,
     G: Rng + SeedableRng,
 {
-    let value = task.control_mean.map_or(0, f64::to_bits);
-    let start = Checksum::new()
-        .word(E::Scalar::EPSILON.to_f64().to_bits())
-        .word(u64::from(task.control_mean.is_some()))
-        .word(value);
-    (0..WITNESSES)
-        .map(|walk| task.replay(walk))
+    let mut sum = Checksum::new().word(E::Scalar::EPSILON.to_f64().to_bits());
+    if let Some(goal) = job.goals.get(goal) {
+        sum = of_value(
+            sum.word(u64::from(goal.control_mean.is_some())),
+            &goal.known,
+        );
+        sum = goal
+            .control_mean
+            .iter()
+            .fold(sum, of_value::<WideOf<E>, f64>);
+    }
+    sum = job
+        .weights
+        .iter()
+        .fold(sum, |sum, weight| sum.word(weight.to_bits()));
+    for walk in (0..WITNESSES).filter_map(|walk| job.replay(goal, walk)) {
         // The sign of a NaN is the machine's.
-        .filter(|walk| walk.termination != Termination::NotFinite)
-        .fold(start, |sum, walk| {
-            sum.word(u64::from(walk.states))
-                .word(walk.plain.to_f64().to_bits())
-                .word(walk.control.to_f64().to_bits())
-        })
-        .finish()
+        if walk.termination != Termination::NotFinite {
+            sum = sum.word(u64::from(walk.states));
+            sum = of_value(of_value(sum, &walk.plain), &walk.control);
+        }
+    }
+    sum.finish()
+}
+
+/// The checksum with the numbers of all channels.
+fn of_value<V: Value<F>, F: Real>(sum: Checksum, value: &V) -> Checksum {
+    (0..value.channels()).fold(sum, |sum, c| sum.word(value.get(c).to_f64().to_bits()))
 }

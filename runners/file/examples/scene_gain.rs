@@ -6,18 +6,18 @@
 //! 8 if it is left out, and the set-up's RAYS of a cell, 256 to 4096 and four million in all if they are left out.
 //!
 //! Numbers are of the mean over all surfaces, and behind the bar of fifty points (root mean square). The best plain walks are
-//! those with the least variance × time: of both estimators, and of five absorption probabilities.
+//! those with the least variance × time: by roulette, and of both estimators with five absorption probabilities.
 
 mod common;
 
 use core::num::NonZeroU32;
 
 use common::{Failed, living_room, processor_seconds, walk, with_scene};
-use fredholm_core::galerkin::{CellMap, Partition};
-use fredholm_core::sampled::{SampledSolution, ScoreVariance, SetupOptions};
+use fredholm_core::galerkin::Cells as _;
+use fredholm_core::sampled::{SampledSetup, ScoreVariance, SetupOptions};
 use fredholm_core::{
-    At, DefaultGenerator, Equation, Estimate, Estimator, Functional, LastStep, NeighbourOf,
-    NoNeighbour, RngUniforms, Statistics, WalkSeeds,
+    Absorption, At, DefaultGenerator, Equation, Estimate, Estimator, Functional, LastStep,
+    NeighbourOf, NoNeighbour, RngUniforms, Statistics, WalkSeeds,
 };
 use fredholm_scene::{
     Cells, Enclosure, Material, Mean, Point, Radiosity, Scene, Surface, Tables, areas, shapes,
@@ -27,9 +27,8 @@ type Equations<'a> = Radiosity<'a, f64>;
 
 /// What the rest of a walk takes, in rays of its scores.
 const REST: f64 = 3.0;
-/// Absorption probabilities of plain walks, and that of walks with a neighbour equation.
+/// Absorption probabilities of plain walks, beside roulette.
 const ABSORPTIONS: [f64; 5] = [0.1, 0.2, 0.3, 0.4, 0.5];
-const ABSORPTION: f64 = 0.25;
 /// Points, walks from each, and walks of a mean.
 const POINTS: u64 = 50;
 const POINT_WALKS: u64 = 2000;
@@ -82,16 +81,16 @@ type Measured = [f64; 2];
 fn at_points<E, N>(
     of: (&E, &N),
     points: &[Point<f64>],
-    estimator: Estimator,
+    absorption: Absorption,
     choose: fn(&Statistics) -> Estimate,
 ) -> Result<Measured, Failed>
 where
-    E: Equation<Scalar = f64, Point = Point<f64>>,
-    N: NeighbourOf<E>,
+    E: Equation<Scalar = f64, Point = Point<f64>, Value = f64> + Sync,
+    N: NeighbourOf<E> + Sync,
 {
     let (mut square, mut seconds) = (0.0, 0.0);
     for &x in points {
-        let (statistics, time) = walk(of, &At(x), estimator, (POINT_WALKS, None))?;
+        let (statistics, time) = walk(of, At(x), absorption, (POINT_WALKS, None))?;
         square += choose(&statistics).std_dev.unwrap_or(0.0).powi(2) / points.len() as f64;
         seconds += time / points.len() as f64;
     }
@@ -103,17 +102,17 @@ fn plain<E>(
     equation: &E,
     mean: &Mean<'_, f64>,
     points: &[Point<f64>],
-    estimator: Estimator,
+    absorption: Absorption,
 ) -> Result<[Measured; 2], Failed>
 where
-    E: Equation<Scalar = f64, Point = Point<f64>>,
+    E: Equation<Scalar = f64, Point = Point<f64>, Value = f64> + Sync,
     for<'a> Mean<'a, f64>: Functional<E>,
 {
-    let none = NoNeighbour::<E>::new();
+    let none = NoNeighbour::new(equation);
     let of = (equation, &none);
-    let (statistics, seconds) = walk(of, mean, estimator, (MEAN_WALKS, Some(0.0)))?;
+    let (statistics, seconds) = walk(of, *mean, absorption, (MEAN_WALKS, Some(0.0)))?;
     let deviation = statistics.plain().std_dev.unwrap_or(f64::NAN);
-    let points = at_points(of, points, estimator, Statistics::plain)?;
+    let points = at_points(of, points, absorption, Statistics::plain)?;
     Ok([[deviation, seconds], points])
 }
 
@@ -141,16 +140,25 @@ fn yardsticks(
     let cells = Cells::new(scene, 1)?;
     let mut paper = [[f64::INFINITY, 1.0]; 2];
     let mut best = paper;
-    for absorption in ABSORPTIONS {
-        let room = Radiosity::new(tables.geometry(), &cells, absorption)?;
-        let shares = room.visible_shares(64);
-        let room = room.with_visible_shares(&shares)?;
+    let room = Radiosity::new(tables.geometry(), &cells)?;
+    let shares = room.visible_shares(64);
+    let room = room.with_visible_shares(&shares)?;
+    let mut ways = vec![Absorption::Roulette];
+    for probability in ABSORPTIONS {
         for estimator in [Estimator::Absorption, Estimator::Collision] {
-            let stepped = plain(&LastStep(&room), mean, points, estimator)?;
-            best = [0, 1].map(|k| better(best[k], stepped[k]));
+            ways.push(Absorption::Constant {
+                probability,
+                estimator,
+            });
         }
-        let own = plain(&room, mean, points, Estimator::Absorption)?;
-        paper = [0, 1].map(|k| better(paper[k], own[k]));
+    }
+    for way in ways {
+        let stepped = plain(&LastStep(&room), mean, points, way)?;
+        best = [0, 1].map(|k| better(best[k], stepped[k]));
+        if way.estimator() == Estimator::Absorption {
+            let own = plain(&room, mean, points, way)?;
+            paper = [0, 1].map(|k| better(paper[k], own[k]));
+        }
     }
     for (name, [of_mean, of_points]) in [("paper's plain walk", paper), ("best plain walk", best)] {
         println!(
@@ -180,7 +188,12 @@ fn row<const B: usize>(
         events,
         ..SetupOptions::default()
     };
-    let solution = SampledSolution::with_events::<_, _, _, 2, B>((room, room), &last, &options)?;
+    let setup = SampledSetup::<_, 2, B, _> {
+        equation: &last,
+        events: &last,
+        options,
+    };
+    let solution = setup.solve_all()?;
     let (mut sum, mut area) = (0.0, 0.0);
     for (cell, v) in solution.v().iter().step_by(B).enumerate() {
         sum += room.measure(cell) * v;
@@ -188,17 +201,17 @@ fn row<const B: usize>(
     }
     let tables = solution.for_walks::<f64>()?;
     let four = NonZeroU32::MIN.saturating_add(3);
-    let trial = tables.neighbour_with_events::<_, _, 2, B>((room, room), four)?;
+    let trial = tables.neighbour::<_, _, 2, B>(&last, &last, four)?;
     let setup = processor_seconds() - start;
-    let rays = ScoreVariance::estimate(room, &last, (&trial, four)).best_steps(REST);
-    let neighbour = tables.neighbour_with_events::<_, _, 2, B>((room, room), rays)?;
+    let rays = ScoreVariance::estimate(&last, &trial, four).best_steps(REST);
+    let neighbour = tables.neighbour::<_, _, 2, B>(&last, &last, rays)?;
     let of = (&last, &neighbour);
     let start = (MEAN_WALKS / u64::from(rays.get()), Some(sum / area));
-    let (statistics, seconds) = walk(of, mean, Estimator::Collision, start)?;
+    let (statistics, seconds) = walk(of, *mean, Absorption::Roulette, start)?;
     let deviation = statistics.preconditioned().std_dev.unwrap_or(f64::NAN);
     let own = [
         [deviation, seconds],
-        at_points(of, points, Estimator::Collision, Statistics::preconditioned)?,
+        at_points(of, points, Absorption::Roulette, Statistics::preconditioned)?,
     ];
     let times = |of: fn(Measured) -> f64, other: [Measured; 2]| {
         let [of_mean, of_points] = [0, 1].map(|k| of(other[k]) / of(own[k]));
@@ -230,12 +243,16 @@ fn rows(
     let ends = areas(tables.geometry(), &faces)?;
     let mean = Mean::new(tables.geometry(), &faces, &ends)?;
     let mut draws = RngUniforms(WalkSeeds::<DefaultGenerator>::new(2, 0).generator(0));
-    let points: Vec<Point<f64>> = (0..POINTS).map(|_| mean.draw(&mut draws).0).collect();
+    let coarse = Cells::new(scene, 1)?;
+    let room = Radiosity::new(tables.geometry(), &coarse)?;
+    let points: Vec<Point<f64>> = (0..POINTS)
+        .map(|_| mean.start(&room, &mut draws).point)
+        .collect();
     let others = yardsticks(scene, &tables, &mean, &points)?;
     for degree in degrees.split(',') {
         for wanted in cells.split(',') {
             let cells = Cells::new(scene, wanted.parse()?)?;
-            let room = Radiosity::new(tables.geometry(), &cells, ABSORPTION)?;
+            let room = Radiosity::new(tables.geometry(), &cells)?;
             let shares = room.visible_shares(64);
             let room = room.with_visible_shares(&shares)?;
             match degree {

@@ -6,7 +6,7 @@
 //! repository, CASES of `circle,furnished,doorway,cornell,living` and SHARES of `0.1,0.01,0.001`; behind them the number of cells of
 //! scenes, 600 if it is left out.
 //!
-//! Every row is the better one of both estimators. Numbers are of the mean over all walls, and behind the bar of a point. The
+//! Walks end by roulette. Numbers are of the mean over all walls, and behind the bar of a point. The
 //! last column is how many times less error a row has in the same time than the better one of plain walks with a last step
 //! and preconditioned ones without it.
 
@@ -16,17 +16,15 @@ use core::fmt::Write as _;
 use core::num::NonZeroU32;
 
 use common::{Failed, living_room, processor_seconds, walk, with_scene};
-use fredholm::{Estimator, Pairs, Settings, Solver};
-use fredholm_core::galerkin::CellMap;
-use fredholm_core::sampled::{SampledSolution, ScoreVariance, SetupOptions};
+use fredholm::{Pairs, Settings, Solver};
+use fredholm_core::galerkin::{Basis, Cells as _};
+use fredholm_core::sampled::{SampledSetup, ScoreVariance, SetupOptions, StepEvents};
 use fredholm_core::{
-    At, DefaultGenerator, Equation, Functional, LastStep, NeighbourOf, NoNeighbour, RandomSource,
-    RngUniforms, StateSpace, Statistics, WalkSeeds,
+    Absorption, At, DefaultGenerator, Equation, Functional, LastStep, NeighbourOf, NoNeighbour,
+    RngUniforms, Statistics, WalkSeeds,
 };
 use fredholm_scene::{Cells, Mean, Point, Radiosity, Scene, Tables, areas};
 
-/// The absorption probability.
-const ABSORPTION: f64 = 0.3;
 /// Walks of each row; of the rows of scenes.
 const WALKS: u64 = 100_000;
 const SCENE_WALKS: u64 = 40_000;
@@ -45,15 +43,6 @@ impl Row {
     /// √(variance × time).
     fn errors(&self) -> [f64; 2] {
         [0, 1].map(|k| self.deviations[k] * self.seconds[k].sqrt())
-    }
-
-    fn better(self, other: Self) -> Self {
-        let product = |row: &Self| row.errors().iter().product::<f64>();
-        if product(&other) < product(&self) {
-            other
-        } else {
-            self
-        }
     }
 }
 
@@ -229,21 +218,8 @@ fn by_solver(case: &str, share: f64) -> Result<(), Failed> {
             seconds: [0.5 * seconds; 2],
         })
     };
-    let best = |settings: Settings, plain: bool| {
-        let of = |estimator| {
-            row(
-                &Settings {
-                    estimator: Some(estimator),
-                    ..settings.clone()
-                },
-                plain,
-            )
-        };
-        Ok::<_, Failed>(of(Estimator::Absorption)?.better(of(Estimator::Collision)?))
-    };
     let base = Settings {
         cells: Some(if case == "circle" { 1000 } else { CELLS }),
-        absorption: Some(ABSORPTION),
         ..Settings::default()
     };
     let with = |last, pairs| Settings {
@@ -255,28 +231,29 @@ fn by_solver(case: &str, share: f64) -> Result<(), Failed> {
     let plain = |last| -> Result<Row, Failed> {
         let settings = Settings {
             cells: Some(if case == "circle" { 1000 } else { 20 }),
-            ..with(last, Pairs::Paper)
+            ..with(last, Pairs::Default)
         };
-        best(settings, true)
+        row(&settings, true)
     };
     let mut rows = vec![
         ("plain", plain(false)?),
         ("plain, last step", plain(true)?),
-        ("preconditioned", best(with(false, Pairs::Default), false)?),
+        ("preconditioned", row(&with(false, Pairs::Default), false)?),
         (
             "preconditioned, last step",
-            best(with(true, Pairs::Default), false)?,
+            row(&with(true, Pairs::Default), false)?,
         ),
     ];
     if case != "circle" {
-        rows.push(("rays", best(with(false, Pairs::Rays), false)?));
-        rows.push(("rays, last step", best(with(true, Pairs::Rays), false)?));
+        for (name, last) in [("pointwise", false), ("pointwise, last step", true)] {
+            rows.push((name, row(&with(last, Pairs::Pointwise), false)?));
+        }
     }
     print(case, share, &rows);
     Ok(())
 }
 
-/// The better row of both estimators.
+/// The row of a mean and a point.
 fn scene_row<E, N>(
     of: (&E, &N),
     mean: &Mean<'_, f64>,
@@ -284,26 +261,23 @@ fn scene_row<E, N>(
     plain: bool,
 ) -> Result<Row, Failed>
 where
-    E: Equation<Scalar = f64, Point = Point<f64>>,
-    N: NeighbourOf<E>,
+    E: Equation<Scalar = f64, Point = Point<f64>, Value = f64> + Sync,
+    N: NeighbourOf<E> + Sync,
     for<'a> Mean<'a, f64>: Functional<E>,
 {
-    let mut all = Vec::new();
-    for estimator in [Estimator::Absorption, Estimator::Collision] {
-        let (of_mean, mean_seconds) = walk(of, mean, estimator, (SCENE_WALKS, value))?;
-        let (of_point, point_seconds) = walk(of, &At(point), estimator, (SCENE_WALKS, None))?;
-        let which = if plain {
-            Statistics::plain
-        } else {
-            Statistics::preconditioned
-        };
-        all.push(Row {
-            deviations: [of_mean, of_point]
-                .map(|statistics| which(&statistics).std_dev.unwrap_or(f64::NAN)),
-            seconds: [mean_seconds, point_seconds],
-        });
-    }
-    Ok(all[0].better(all[1]))
+    let by = Absorption::Roulette;
+    let (of_mean, mean_seconds) = walk(of, *mean, by, (SCENE_WALKS, value))?;
+    let (of_point, point_seconds) = walk(of, At(point), by, (SCENE_WALKS, None))?;
+    let which = if plain {
+        Statistics::plain
+    } else {
+        Statistics::preconditioned
+    };
+    Ok(Row {
+        deviations: [of_mean, of_point]
+            .map(|statistics| which(&statistics).std_dev.unwrap_or(f64::NAN)),
+        seconds: [mean_seconds, point_seconds],
+    })
 }
 
 /// The row of the neighbour equation from rays for an equation, with as many rays a score as are best.
@@ -314,7 +288,10 @@ fn from_rays<S>(
     point: Point<f64>,
 ) -> Result<Row, Failed>
 where
-    S: Equation<Scalar = f64, Point = Point<f64>> + RandomSource + StateSpace,
+    S: Equation<Scalar = f64, Point = Point<f64>, Value = f64>
+        + Basis<3>
+        + StepEvents<2, Scalar = f64, Point = Point<f64>>
+        + Sync,
     for<'a> Mean<'a, f64>: Functional<S>,
 {
     let options = SetupOptions {
@@ -322,7 +299,12 @@ where
         events: 8,
         ..SetupOptions::default()
     };
-    let solution = SampledSolution::with_events::<_, _, _, 2, 3>((room, room), source, &options)?;
+    let setup = SampledSetup::<_, 2, 3, _> {
+        equation: source,
+        events: source,
+        options,
+    };
+    let solution = setup.solve_all()?;
     let (mut sum, mut area) = (0.0, 0.0);
     for (cell, v) in solution.v().iter().step_by(3).enumerate() {
         sum += room.measure(cell) * v;
@@ -330,9 +312,9 @@ where
     }
     let tables = solution.for_walks::<f64>()?;
     let four = NonZeroU32::MIN.saturating_add(3);
-    let trial = tables.neighbour_with_events::<_, _, 2, 3>((room, room), four)?;
-    let best = ScoreVariance::estimate(room, source, (&trial, four)).best_steps(3.0);
-    let neighbour = tables.neighbour_with_events::<_, _, 2, 3>((room, room), best)?;
+    let trial = tables.neighbour::<_, _, 2, 3>(source, source, four)?;
+    let best = ScoreVariance::estimate(source, &trial, four).best_steps(3.0);
+    let neighbour = tables.neighbour::<_, _, 2, 3>(source, source, best)?;
     scene_row((source, &neighbour), mean, (point, Some(sum / area)), false)
 }
 
@@ -344,17 +326,16 @@ fn by_rays(case: &str, share: f64, wanted: usize) -> Result<(), Failed> {
 
 fn rows_of(scene: &Scene, (case, share): (&str, f64), wanted: usize) -> Result<(), Failed> {
     let (tables, cells) = (Tables::new(scene), Cells::new(scene, wanted)?);
-    let room = Radiosity::new(tables.geometry(), &cells, ABSORPTION)?;
+    let room = Radiosity::new(tables.geometry(), &cells)?;
     let shares = room.visible_shares(64);
     let room = room.with_visible_shares(&shares)?;
     let faces: Vec<u32> = (0..scene.faces().len() as u32).collect();
     let ends = areas(tables.geometry(), &faces)?;
     let mean = Mean::new(tables.geometry(), &faces, &ends)?;
     let mut draws = RngUniforms(WalkSeeds::<DefaultGenerator>::new(5, 0).generator(0));
-    let point = mean.draw(&mut draws).0;
+    let point = mean.start(&room, &mut draws).point;
     let last = LastStep(&room);
-    let none = NoNeighbour::<Radiosity<'_, f64>>::new();
-    let none_last = NoNeighbour::<LastStep<'_, Radiosity<'_, f64>>>::new();
+    let (none, none_last) = (NoNeighbour::new(&room), NoNeighbour::new(&last));
     let start = (point, Some(0.0));
     let rows = [
         ("plain", scene_row((&room, &none), &mean, start, true)?),

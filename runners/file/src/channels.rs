@@ -1,7 +1,7 @@
 //! Channels as files have them: their names, and one number for all of them or one for each.
 
 use fredholm::heat::part_below;
-use fredholm_core::channels::MOST_CHANNELS;
+use fredholm_core::MOST_CHANNELS;
 use toml::de::DeValue;
 
 use crate::place::{InputError, Place, Placed};

@@ -19,7 +19,7 @@ use std::sync::Arc;
 
 use toml::de::{DeTable, DeValue};
 
-pub use fredholm::{Choices, Estimator, Form, Pairs, Scalar, Sequence};
+pub use fredholm::{Choices, Estimator, Form, Method, Pairs, Scalar, Sequence};
 
 pub use kinds::{KINDS, Kind, KindEntry};
 pub use load::{MAX_BYTES, load, load_from, utf8};
@@ -33,9 +33,7 @@ pub const MAX_CELLS: usize = 100_000_000;
 /// The largest number of walks in one batch.
 const MAX_BATCH: u64 = 1_000_000_000;
 /// The most first states in which walks are not absorbed: more are no walk.
-const MAX_SURVIVALS: u32 = 1000;
-/// The most stages in place of a matrix: each lowers the error of v by a factor.
-const MAX_STAGES: u32 = 20;
+const MAX_FORCED_STEPS: u32 = 1000;
 /// The largest seed: TOML has no larger integers.
 const MAX_SEED: u64 = i64::MAX.unsigned_abs();
 /// The largest number of points of a grid target.
@@ -71,33 +69,31 @@ pub struct Galerkin {
     pub pairs: Placed<Pairs>,
     /// The degree of the projection of F + T_K v that walks follow with h = k.
     pub lift: Option<Placed<usize>>,
-    /// The number of stages of walks in place of a matrix; only of cubes.
-    pub stages: Option<Placed<u32>>,
     /// Quadrature points of a cell and axis; only where coefficients come from quadrature.
     pub points: Option<Placed<usize>>,
     /// How cells shrink towards the corners of a room.
     pub grading: Option<Placed<f64>>,
     /// Whether the walls of a room are cut at the edges of shadows too.
     pub shadow_cuts: Option<Placed<bool>>,
-    /// Whether the neighbour equation of a cube has the source F itself.
-    pub exact_source: Option<Placed<bool>>,
 }
 
 /// The random walks: `[walk]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Walk {
+    /// The method; without one, walks of the chain.
+    pub method: Option<Placed<Method>>,
     /// The number of walks for each target.
     pub walks: Placed<u64>,
-    /// q0, the probability that a walk is absorbed in a state.
-    pub absorption: Placed<f64>,
-    /// The estimator: what a walk scores.
+    /// q0, the probability that a walk is absorbed in a state; without one, walks end by roulette.
+    pub absorption: Option<Placed<f64>>,
+    /// The estimator: what a walk with constant absorption scores.
     pub estimator: Placed<Estimator>,
     /// The form of the control variate.
     pub form: Placed<Form>,
     /// The numbers that walks draw.
     pub sequence: Placed<Sequence>,
     /// The number of first states in which walks are not absorbed.
-    pub survivals: Placed<u32>,
+    pub forced_steps: Placed<u32>,
     /// Whether the last step of walks leads to the light.
     pub last_step: Option<Placed<bool>>,
     /// Whether walks go from the sources to the receivers.
@@ -111,7 +107,7 @@ pub struct Walk {
     /// The error at which to stop early.
     pub target_error: Option<Placed<f64>>,
     /// Whether all targets are answered from one set of walks.
-    pub whole: Option<Placed<bool>>,
+    pub global: Option<Placed<bool>>,
     /// Whether `target_error` is relative to the value.
     pub relative: Placed<bool>,
     /// Whether walks of infinite variance are wanted: a flag of the command line alone.
@@ -229,33 +225,30 @@ fn read_galerkin(mut section: Section<'_, '_>) -> Result<Galerkin, InputError> {
     let degree = section.optional("degree");
     let pairs = section.optional("pairs");
     let lift = section.optional("lift");
-    let stages = section.optional("stages");
     let points = section.optional("points");
     let grading = section.optional("grading");
     let shadow_cuts = section.optional("shadow_cuts");
-    let exact_source = section.optional("exact_source");
     section.finish()?;
     Ok(Galerkin {
         cells: cells.map(|field| field.integer()).transpose()?,
         degree: or_default(degree, Field::integer, 0)?,
         pairs: or_default(pairs, Field::word, Pairs::Default)?,
         lift: lift.map(|field| field.integer()).transpose()?,
-        stages: stages.map(|field| field.integer()).transpose()?,
         points: points.map(|field| field.integer()).transpose()?,
         grading: grading.map(|field| field.number()).transpose()?,
         shadow_cuts: shadow_cuts.map(|field| field.boolean()).transpose()?,
-        exact_source: exact_source.map(|field| field.boolean()).transpose()?,
     })
 }
 
 /// Reads `[walk]`.
 fn read_walk(mut section: Section<'_, '_>) -> Result<Walk, InputError> {
+    let method = section.optional("method");
     let walks = section.optional("walks");
     let absorption = section.optional("absorption");
     let estimator = section.optional("estimator");
     let form = section.optional("form");
     let sequence = section.optional("sequence");
-    let survivals = section.optional("survivals");
+    let forced_steps = section.optional("forced_steps");
     let last_step = section.optional("last_step");
     let adjoint = section.optional("adjoint");
     let scalar = section.optional("scalar");
@@ -263,15 +256,16 @@ fn read_walk(mut section: Section<'_, '_>) -> Result<Walk, InputError> {
     let batch = section.optional("batch");
     let target_error = section.optional("target_error");
     let relative = section.optional("relative");
-    let whole = section.optional("whole");
+    let global = section.optional("global");
     section.finish()?;
     Ok(Walk {
+        method: method.map(|field| field.word()).transpose()?,
         walks: or_default(walks, Field::integer, 100_000)?,
-        absorption: or_default(absorption, Field::number, 0.2)?,
-        estimator: or_default(estimator, Field::word, Estimator::Absorption)?,
+        absorption: absorption.map(|field| field.number()).transpose()?,
+        estimator: or_default(estimator, Field::word, Estimator::Collision)?,
         form: or_default(form, Field::word, fredholm::Settings::FORM)?,
         sequence: or_default(sequence, Field::word, Sequence::Random)?,
-        survivals: or_default(survivals, Field::integer, 0)?,
+        forced_steps: or_default(forced_steps, Field::integer, 0)?,
         last_step: last_step.map(|field| field.boolean()).transpose()?,
         adjoint: adjoint.map(|field| field.boolean()).transpose()?,
         scalar: or_default(scalar, Field::word, Scalar::F64)?,
@@ -279,7 +273,7 @@ fn read_walk(mut section: Section<'_, '_>) -> Result<Walk, InputError> {
         batch: or_default(batch, Field::integer, 4096)?,
         target_error: target_error.map(|field| field.number()).transpose()?,
         relative: or_default(relative, Field::boolean, false)?,
-        whole: whole.map(|field| field.boolean()).transpose()?,
+        global: global.map(|field| field.boolean()).transpose()?,
         allow_infinite_variance: false,
     })
 }

@@ -4,7 +4,7 @@ use core::fmt::{self, Debug};
 
 use fredholm::room::RoomModel;
 use fredholm::scene::SceneModel;
-use fredholm::{Ask, Error, Model, Pairs, Settings, Subject, Target, Tolerance};
+use fredholm::{Ask, Error, Model, Settings, Subject, Target, Tolerance};
 
 use crate::{InputError, Place, Placed, ProblemFile, What};
 
@@ -57,7 +57,6 @@ impl ProblemFile {
     pub fn resolve(&self) -> Result<Resolved, InputError> {
         let settings = self.settings();
         let (model, targets) = self.problem.resolve(self)?;
-        let settings = settings.for_model(model.model());
         let (cut, pairs) = (settings.discretisation(), settings.walk_options().pairs);
         let checked = model.model().check(&cut, pairs);
         checked.map_err(|error| self.explain(&error))?;
@@ -110,24 +109,22 @@ impl ProblemFile {
         let (galerkin, walk) = (&self.galerkin, &self.walk);
         let value = |placed: &Option<Placed<usize>>| placed.as_ref().map(|placed| placed.value);
         Settings {
+            method: walk.method.as_ref().map(|method| method.value),
             cells: value(&galerkin.cells),
             degree: given(&galerkin.degree),
             pairs: given(&galerkin.pairs),
-            default_pairs: Pairs::Default,
-            grading_of_pairs: None,
             lift: value(&galerkin.lift),
             score_degree: None,
-            whole: walk.whole.as_ref().map(|whole| whole.value),
+            global: walk.global.as_ref().map(|global| global.value),
             points: value(&galerkin.points),
             grading: galerkin.grading.as_ref().map(|grading| grading.value),
             shadow_cuts: galerkin.shadow_cuts.as_ref().map(|cuts| cuts.value),
-            exact_source: galerkin.exact_source.as_ref().map(|exact| exact.value),
             walks: given(&walk.walks),
-            absorption: given(&walk.absorption),
+            absorption: walk.absorption.as_ref().map(|absorption| absorption.value),
             estimator: given(&walk.estimator),
             form: given(&walk.form),
             sequence: given(&walk.sequence),
-            survivals: given(&walk.survivals),
+            forced_steps: given(&walk.forced_steps),
             last_step: walk.last_step.as_ref().map(|last| last.value),
             adjoint: walk.adjoint.as_ref().map(|adjoint| adjoint.value),
             scalar: walk.scalar.value,
@@ -160,11 +157,10 @@ impl ProblemFile {
             },
             Some(Subject::Degree) => self.refuse(&galerkin.degree, error),
             Some(Subject::Pairs) => self.refuse(&galerkin.pairs, error),
-            Some(Subject::ExactSource) => match &galerkin.exact_source {
-                Some(exact) => self.refuse(exact, error),
+            Some(Subject::Absorption) => match &walk.absorption {
+                Some(absorption) => self.refuse(absorption, error),
                 None => nowhere(),
             },
-            Some(Subject::Absorption) => self.refuse(&walk.absorption, error),
             Some(Subject::Lift) => match &galerkin.lift {
                 Some(lift) => self.refuse(lift, error),
                 None => nowhere(),

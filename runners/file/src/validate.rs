@@ -6,8 +6,7 @@ use std::collections::HashMap;
 
 use crate::place::{InputError, Place, Placed};
 use crate::{
-    Galerkin, MAX_BATCH, MAX_CELLS, MAX_GRID, MAX_SEED, MAX_STAGES, MAX_SURVIVALS, ProblemFile,
-    Scalar,
+    Galerkin, MAX_BATCH, MAX_CELLS, MAX_FORCED_STEPS, MAX_GRID, MAX_SEED, ProblemFile, Scalar,
 };
 
 /// What is wrong with a name that a terminal, a table or a picture would not show.
@@ -107,8 +106,6 @@ impl ProblemFile {
             points,
             grading,
             shadow_cuts,
-            exact_source,
-            stages,
             ..
         } = &self.galerkin;
         let (most, of) = self.problem.most_degree();
@@ -143,25 +140,6 @@ impl ProblemFile {
                 "`shadow_cuts` belongs to rooms",
             )?;
         }
-        if let Some(exact_source) = exact_source {
-            self.demand(
-                exact_source,
-                self.problem.has_exact_source(),
-                "`exact_source` belongs to cubes",
-            )?;
-        }
-        if let Some(stages) = stages {
-            self.demand(
-                stages,
-                self.problem.has_exact_source(),
-                "`stages` belongs to cubes",
-            )?;
-            self.demand(
-                stages,
-                (1..=MAX_STAGES).contains(&stages.value),
-                format_args!("`stages` must be from 1 to {MAX_STAGES}"),
-            )?;
-        }
         let Some(cells) = cells else { return Ok(()) };
         self.demand(cells, cells.value >= 1, "`cells` must be at least 1")?;
         self.demand(
@@ -183,6 +161,26 @@ impl ProblemFile {
         )
     }
 
+    /// Checks q0.
+    fn validate_absorption(&self, absorption: &Placed<f64>) -> Result<(), InputError> {
+        let value = absorption.value;
+        self.demand(
+            absorption,
+            0.0 < value && value < 1.0,
+            "`absorption` must be more than 0, or walks never end, \
+             and less than 1, or they never start",
+        )?;
+        let single = value as f32;
+        self.demand(
+            absorption,
+            self.walk.scalar.value != Scalar::F32 || (0.0 < single && single < 1.0),
+            format_args!(
+                "`absorption` is rounded to {single} in `scalar = \"f32\"`: use \"f64\", \
+                 or a number further from 0 and 1"
+            ),
+        )
+    }
+
     /// Checks `[walk]`.
     fn validate_walk(&self) -> Result<(), InputError> {
         let walk = &self.walk;
@@ -191,22 +189,9 @@ impl ProblemFile {
             walk.walks.value >= 1,
             "`walks` must be at least 1",
         )?;
-        let absorption = walk.absorption.value;
-        self.demand(
-            &walk.absorption,
-            0.0 < absorption && absorption < 1.0,
-            "`absorption` must be more than 0, or walks never end, \
-             and less than 1, or they never start",
-        )?;
-        let single = absorption as f32;
-        self.demand(
-            &walk.absorption,
-            walk.scalar.value != Scalar::F32 || (0.0 < single && single < 1.0),
-            format_args!(
-                "`absorption` is rounded to {single} in `scalar = \"f32\"`: use \"f64\", \
-                 or a number further from 0 and 1"
-            ),
-        )?;
+        if let Some(absorption) = &walk.absorption {
+            self.validate_absorption(absorption)?;
+        }
         self.demand(
             &walk.seed,
             walk.seed.value <= MAX_SEED,
@@ -218,9 +203,9 @@ impl ProblemFile {
             format_args!("`batch` must be from 1 to {MAX_BATCH}"),
         )?;
         self.demand(
-            &walk.survivals,
-            walk.survivals.value <= MAX_SURVIVALS,
-            format_args!("`survivals` must be at most {MAX_SURVIVALS}"),
+            &walk.forced_steps,
+            walk.forced_steps.value <= MAX_FORCED_STEPS,
+            format_args!("`forced_steps` must be at most {MAX_FORCED_STEPS}"),
         )?;
         match &walk.target_error {
             Some(error) => self.demand(

@@ -32,7 +32,7 @@ at = 0.5
     let cells = model
         .partition(&resolved.settings.discretisation())
         .unwrap();
-    let solved = Solved::new(&*cells, walk.absorption).unwrap();
+    let solved = Solved::new(&*cells).unwrap();
     let request = Request {
         goals: &goals,
         walk: &walk,

@@ -1,7 +1,6 @@
 //! What equations in several channels have in common: names, weighted sums, targets, and what is refused.
 
-use fredholm_core::channels::MOST_CHANNELS;
-
+use fredholm_core::MOST_CHANNELS;
 use fredholm_core::{Estimate, Statistics};
 
 use crate::heat::Optics;
@@ -270,7 +269,7 @@ pub fn refuse_device_tables<T>() -> Result<T, Error> {
     refuse("there are no device tables of several channels: leave `channels` and lists of reflectances and emissions out".to_owned())
 }
 
-/// Refuses the whole function of a model with channels.
+/// Refuses the global estimate of a model with channels.
 ///
 /// # Errors
 /// [`Error::Option`].
@@ -279,7 +278,7 @@ pub fn refuse_whole(model: &dyn Model) -> Result<(), Error> {
         return Ok(());
     }
     refuse(
-        "the whole function from one set of walks has one channel: ask for targets without it, whose walks serve all \
+        "the global estimate from one set of walks has one channel: ask for targets without it, whose walks serve all \
          channels"
             .to_owned(),
     )

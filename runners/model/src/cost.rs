@@ -14,10 +14,6 @@ pub struct Cost {
     pub source: f64,
     /// Seconds of what the first walks with these pairs make of a solved system, which keeps it: a part of the set-up.
     pub kept: f64,
-    /// Seconds of the moments of F, if the neighbour equation has the source F itself: every job has its own.
-    pub moments: f64,
-    /// The power of how many times finer moments are with which their seconds grow.
-    pub moments_power: f64,
     /// Seconds of walks that both equations follow.
     pub walk: WalkCost,
     /// Seconds of plain walks.

@@ -37,19 +37,6 @@ impl PairRule {
     }
 }
 
-/// Numbers as the bytes of a device's table.
-#[must_use]
-pub fn bytes<T: Number>(numbers: &[T]) -> Vec<u8> {
-    numbers.iter().flat_map(|x| x.bytes()).collect()
-}
-
-/// Numbers as literals of a device's table, with commas between them.
-#[must_use]
-pub fn list<T: Number>(numbers: &[T]) -> String {
-    let texts: Vec<String> = numbers.iter().map(|x| x.literal()).collect();
-    texts.join(", ")
-}
-
 /// Adds coefficients in a dense table. As walks in f32 see them, contractions are rounded, not
 /// coefficients: of one function on a cell these are the same.
 pub fn add_dense<F: Real + Number>(tables: &mut TableBuilder, entries: &[f64], functions: usize) {

@@ -66,10 +66,10 @@ pub enum Error {
     InfiniteVariance {
         /// The operator, or the function on which it depends.
         of: String,
-        /// The estimated spectral radius.
+        /// The estimated spectral radius, with constant absorption over 1 − q0.
         radius: f64,
-        /// q0.
-        absorption: f64,
+        /// q0; `None`: walks end by roulette.
+        absorption: Option<f64>,
     },
     /// The variance of the neighbour equation's walks is infinite.
     InfiniteNeighbour {
@@ -82,6 +82,11 @@ pub enum Error {
     },
     /// The neighbour equation's walks have no mean.
     NoMean,
+    /// Resolvent walks do not serve the equation.
+    Regular {
+        /// The message: what was found, and what would help.
+        message: String,
+    },
     /// There is too little memory.
     Memory {
         /// The thing that needs the memory.
@@ -204,8 +209,6 @@ pub enum Subject {
     Degree,
     /// The choice of pairs.
     Pairs,
-    /// Whether the neighbour equation has the source F itself.
-    ExactSource,
     /// The absorption probability.
     Absorption,
     /// The numbers that walks draw.
@@ -278,6 +281,7 @@ impl Display for Error {
             | Self::Option { message, .. }
             | Self::Region { message }
             | Self::TooMuch { message }
+            | Self::Regular { message }
             | Self::Kept { message, .. }
             | Self::Picture(message) => f.write_str(message),
             Self::NotFinite { what } => write!(f, "{what}: a finite number is needed there"),
@@ -351,22 +355,35 @@ impl Display for Error {
 }
 
 /// The spectral radius is proportional to 1/(1 − q0).
-fn infinite(f: &mut fmt::Formatter<'_>, of: &str, radius: f64, absorption: f64) -> fmt::Result {
-    let most = 1.0 - radius * (1.0 - absorption);
-    let way_out = if most > 0.0 {
-        format!("use an `absorption` below {most:.2e}")
-    } else {
-        "no `absorption` helps: it takes a custom chain, whose density resembles |K|, in a program of \
-         your own (see the library); the Galerkin solution needs no walks"
-            .to_owned()
+fn infinite(
+    f: &mut fmt::Formatter<'_>,
+    of: &str,
+    radius: f64,
+    absorption: Option<f64>,
+) -> fmt::Result {
+    let walks = match absorption {
+        Some(q) => format!("with `absorption` = {q}"),
+        None => "whatever ends it".to_owned(),
     };
     write!(
         f,
-        "the variance of a walk is infinite with `absorption` = {absorption}: {of} has an estimated \
-         spectral radius of {}, and it must be below 1; {way_out} (or --allow-infinite-variance: error \
-         bars then mean nothing)",
+        "the variance of a walk is infinite {walks}: {of} has an estimated spectral radius of {}, and it must be below 1; ",
         short(radius)
-    )
+    )?;
+    // Over 1 − q0.
+    let own = radius * (1.0 - absorption.unwrap_or(0.0));
+    if own < 1.0 {
+        write!(
+            f,
+            "leave `absorption` out, or use one below {:.2e}",
+            1.0 - own
+        )?;
+    } else {
+        f.write_str(
+            "it takes a chain of its own, whose density resembles |K|, in a program of your own (see the library)",
+        )?;
+    }
+    f.write_str(" (or --allow-infinite-variance: error bars then mean nothing)")
 }
 
 impl core::error::Error for Error {
@@ -397,7 +414,6 @@ macro_rules! from {
     };
 }
 from!(
-    Galerkin(GalerkinError),
     Circle(CircleError),
     Room(RoomError),
     Sphere(SphereError),
@@ -405,6 +421,15 @@ from!(
     Variance(VarianceError),
     Run(RunError)
 );
+
+impl From<GalerkinError> for Error {
+    fn from(error: GalerkinError) -> Self {
+        match error {
+            GalerkinError::Radius => Self::NoMean,
+            error => Self::Galerkin(error),
+        }
+    }
+}
 
 impl From<CubeError> for Error {
     fn from(error: CubeError) -> Self {

@@ -17,8 +17,6 @@ pub struct Examined<'a> {
     pub known: &'a [f64],
     /// The name of the place of a site: contributions are summed over the sites of a place.
     pub place: &'a dyn Fn(usize) -> String,
-    /// The surface that hides a site from another in part, if something can.
-    pub hides: Option<&'a dyn Fn(usize, usize) -> Option<String>>,
     /// The wall of every site, where on it in fractions of it, and its length: for a picture.
     pub pieces: Option<&'a [(usize, [f64; 2], f64)]>,
 }

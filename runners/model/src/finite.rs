@@ -1,5 +1,7 @@
 //! Refusals of walks of infinite variance, the same for all kinds.
 
+use fredholm_core::Absorption;
+
 use crate::Error;
 
 /// Refuses plain walks unless the spectral radius of T_k²p is below 1; `of` is what it depends on.
@@ -8,7 +10,7 @@ use crate::Error;
 /// [`Error::InfiniteVariance`], or what `radius` says.
 pub fn check_plain(
     of: &str,
-    absorption: f64,
+    absorption: Absorption,
     radius: impl FnOnce() -> Result<f64, Error>,
 ) -> Result<(), Error> {
     refuse(|| of.to_owned(), absorption, radius()?)
@@ -22,7 +24,7 @@ pub fn check_plain(
 pub fn check_neighbour(
     degree: usize,
     cells: usize,
-    absorption: f64,
+    absorption: Absorption,
     radius: impl FnOnce() -> Result<f64, Error>,
 ) -> Result<(), Error> {
     if degree == 0 {
@@ -36,13 +38,19 @@ pub fn check_neighbour(
 ///
 /// # Errors
 /// [`Error::InfiniteVariance`].
-pub fn refuse(of: impl FnOnce() -> String, absorption: f64, radius: f64) -> Result<(), Error> {
+pub fn refuse(
+    of: impl FnOnce() -> String,
+    absorption: Absorption,
+    radius: f64,
+) -> Result<(), Error> {
+    // By roulette weights above 1 are not thinned out.
+    let radius = radius / (1.0 - absorption.probability().unwrap_or(0.0));
     if radius < 1.0 {
         return Ok(());
     }
     Err(Error::InfiniteVariance {
         of: of(),
         radius,
-        absorption,
+        absorption: absorption.probability(),
     })
 }

@@ -21,11 +21,9 @@ use crate::{Error, Model};
 pub enum Region {
     /// The mean of u over the whole space.
     Whole,
-    /// u at an angle of a circle.
-    Angle(f64),
-    /// The mean of u over an interval of angles.
+    /// The mean of u over an interval of the only coordinate, such as the angles of a circle.
     Arc(f64, f64),
-    /// u at a point, by its coordinates; in a room the mean of u over all directions in which the point, between the walls,
+    /// u at a point, by its coordinates, of a circle the angle; in a room the mean of u over all directions in which the point, between the walls,
     /// sees them.
     Point(Vec<f64>),
     /// ∫ u w for the weight of this number, which the model knows.

@@ -8,6 +8,7 @@ pub mod device;
 mod error;
 mod examined;
 pub mod finite;
+mod global;
 mod goal;
 pub mod heat;
 mod last_step;
@@ -16,27 +17,28 @@ mod model;
 pub mod numbers;
 mod options;
 pub mod pairs;
+mod question;
+pub mod resolvent;
 mod saved;
 mod settings;
 mod spot;
-mod whole;
 mod written;
 
 pub use about::About;
 pub use derived::{Derived, Flux, Heat};
 pub use error::{EquationError, Error, MOST_SECONDS, Subject};
 pub use examined::{Examined, in_parallel};
+pub use global::{
+    CellNodes, First, GlobalField, GlobalQuantity, GlobalRequest, GlobalSystem, IMAGE_HEAD,
+    MeanRule, MeshCell, WithGlobalJob, known_first, only_points, only_u, refined_mean, v_of_walks,
+};
 pub use goal::{Ask, Field, Goal, Region, Target, WeightFn, goals};
 pub use last_step::LastSteps;
 pub use model::{
     Deterministic, Model, NO_ITERATION, Partitioned, Prepared, Request, System, Then, WithJob,
     WithStarts,
 };
-pub use options::{Choice, Choices, Pairs, Scalar, Sequence};
+pub use options::{Choice, Choices, Method, Pairs, Scalar, Sequence};
 pub use saved::{SavedSystem, SystemOf};
 pub use settings::{Discretisation, Settings, WalkOptions};
 pub use spot::{BLANK, Spot};
-pub use whole::{
-    CellNodes, First, IMAGE_HEAD, MeanRule, MeshCell, WholeField, WholeQuantity, WholeRequest,
-    WholeSystem, WithWholeJob, known_first, only_points, only_u, refined_mean, v_of_walks,
-};

@@ -1,7 +1,7 @@
 //! Three stages of a solution: a model, its cells, its solved system. All are object safe.
 
 use fredholm_core::galerkin::Convergence;
-use fredholm_core::{Estimate, Estimator, Job, Statistics};
+use fredholm_core::{Estimate, Job, Statistics};
 use fredholm_embedded::TableBuilder;
 use fredholm_variance::Start;
 use serde::Serialize;
@@ -9,12 +9,12 @@ use serde::Serialize;
 use crate::examined::Examined;
 use crate::heat::RadiativeExchange;
 use crate::last_step::LastSteps;
-use crate::pairs::PairCounts;
+use crate::question::{ResolventAnswer, ResolventQuestion};
 
 use crate::cost::{Cost, PointwisePairs};
 use crate::{
-    About, Derived, Discretisation, Error, Goal, Heat, Pairs, Region, SavedSystem, WalkOptions,
-    WholeSystem,
+    About, Derived, Discretisation, Error, GlobalSystem, Goal, Heat, Pairs, Region, SavedSystem,
+    WalkOptions,
 };
 
 /// An equation whose size is chosen at run time.
@@ -32,11 +32,6 @@ use crate::{
 pub trait Model: Send + Sync {
     /// The properties of the model.
     fn about(&self) -> About;
-
-    /// The estimator where nothing is said of it.
-    fn estimator(&self) -> Estimator {
-        Estimator::Absorption
-    }
 
     /// The name of the part of this number: of a surface, say.
     fn part(&self, number: usize) -> Option<&str> {
@@ -136,12 +131,17 @@ pub trait Model: Send + Sync {
     /// The regions of a number of points, equally spaced over the space or along the part of this number.
     fn grid(&self, points: usize, part: Option<usize>) -> Vec<Region>;
 
+    /// The ends of the only coordinate of a closed curve, of which there are means over [arcs](Region::Arc).
+    fn around(&self) -> Option<[f64; 2]> {
+        None
+    }
+
     /// The region of the mean over the whole space.
     fn whole(&self) -> Region {
         Region::Whole
     }
 
-    /// Whether its solved systems have a [whole function](System::whole).
+    /// Whether its solved systems have a [global estimate](System::whole).
     fn has_whole(&self) -> bool {
         false
     }
@@ -162,37 +162,36 @@ pub trait Model: Send + Sync {
         false
     }
 
-    /// How pairs are treated where nothing is said of them, unless they are chosen.
-    fn default_pairs(&self) -> Pairs {
-        Pairs::Default
-    }
-
-    /// How its cells shrink towards corners if pairs in S are asked for and nothing is said of it, where there are corners.
-    fn grading_of_pairs(&self) -> Option<f64> {
-        None
-    }
-
     /// Whether the last step of its walks may lead to the light.
     fn last_steps(&self) -> LastSteps {
         LastSteps::Never
     }
 
-    /// Whether its neighbour equation depends on how pairs are treated. Where it comes from steps alone it does not.
-    fn has_pairs(&self) -> bool {
-        true
+    /// Answers goals by resolvent walks.
+    ///
+    /// # Errors
+    /// [`Error`]; [`Error::Option`]: the equation is not given by kernel and source.
+    fn by_resolvent(&self, question: &ResolventQuestion<'_>) -> Result<ResolventAnswer, Error> {
+        let _ = question;
+        Err(Error::Option {
+            subject: crate::Subject::Problem,
+            message: "resolvent walks are of equations whose kernel is a function on pairs of points: leave `method` out"
+                .to_owned(),
+        })
     }
 
-    /// The kinds of pairs that an automatic choice looks at, unless one is given.
+    /// The kinds of pairs that an automatic choice looks at, unless one is given. The first is that of [`Pairs::Default`]. One alone: its
+    /// neighbour equation comes from steps, and pairs make no difference.
     fn pairs_to_choose(&self) -> &'static [Pairs] {
         &[Pairs::Default, Pairs::Pointwise]
     }
 
-    /// The pairs of a whole function unless they are given.
+    /// The pairs of a global estimate unless they are given.
     fn whole_pairs(&self) -> Pairs {
         Pairs::Default
     }
 
-    /// About so many points of the space, spread over all of it: where the error bars of a whole function are looked at.
+    /// About so many points of the space, spread over all of it: where the error bars of a global estimate are looked at.
     fn spread(&self, points: f64) -> Vec<Region> {
         let dimension = self.about().dimension.unwrap_or(1) as f64;
         // Of 256 these are 256, 16, 6, 4, 3 or 2.
@@ -202,10 +201,7 @@ pub trait Model: Send + Sync {
 
     /// Whether a region is a point of the space, where u is: what a room has in the air is none.
     fn is_in_space(&self, region: &Region) -> bool {
-        matches!(
-            region,
-            Region::Angle(_) | Region::Point(_) | Region::On(..) | Region::Spot(..)
-        )
+        matches!(region, Region::Point(_) | Region::On(..) | Region::Spot(..))
     }
 
     /// The surfaces between which light or heat goes, if there are some: they have irradiances and net fluxes.
@@ -213,7 +209,7 @@ pub trait Model: Send + Sync {
         None
     }
 
-    /// Whether a region has an irradiance: [`WholeQuantity::Irradiance`](crate::WholeQuantity::Irradiance).
+    /// Whether a region has an irradiance: [`GlobalQuantity::Irradiance`](crate::GlobalQuantity::Irradiance).
     fn has_irradiance(&self, region: &Region) -> bool {
         self.exchange()
             .is_some_and(|surfaces| !surfaces.is_in_air(region))
@@ -287,24 +283,12 @@ pub trait Model: Send + Sync {
         (degree + 1) as f64 / self.about().dimension.unwrap_or(1) as f64
     }
 
-    /// The largest |F| as far as it is known, if a neighbour equation may have the source F itself: a relative tolerance of the moments
-    /// of F is a part of it.
-    fn exact_source_size(&self) -> Option<f64> {
-        None
-    }
-
     /// Deterministic solutions to compare with, if there are some.
     ///
     /// # Errors
     /// [`Error`].
     fn nystrom(&self) -> Result<Vec<Deterministic>, Error> {
         Ok(Vec::new())
-    }
-
-    /// ∫ F² over ∫ 1, if there is a [rare variance](System::rare_variance): over q0, where walks score F/q, E η² of walks
-    /// from anywhere is at least that.
-    fn mean_square_of_source(&self) -> f64 {
-        0.0
     }
 
     /// What the statistics of a job say besides u: irradiances and net fluxes. They are those of the goals, and then of
@@ -344,8 +328,8 @@ pub struct Deterministic {
 /// let settings = Settings { cells: Some(10), degree: Some(1), ..Settings::default() };
 /// let cells = u.partition(&settings.discretisation())?;
 /// assert_eq!((cells.cells(), cells.unknowns()), (10, 300));
-/// // Walks with the absorption probability 0.2 have a finite variance.
-/// assert!(cells.plain_radius(0.2)? < 1.0);
+/// // K² has the radius ¼, so that walks have a finite variance.
+/// assert!((cells.plain_radius()? - 0.25).abs() < 1e-9);
 /// # Ok::<(), fredholm::Error>(())
 /// ```
 pub trait Partitioned<'m>: Send + Sync {
@@ -384,11 +368,12 @@ pub trait Partitioned<'m>: Send + Sync {
     /// Kernel evaluations of a set-up whose iteration took so many sweeps.
     fn evaluations(&self, sweeps: u32) -> f64;
 
-    /// The spectral radius of T_k²p, estimated: below 1 if walks have a finite variance.
+    /// The spectral radius of T_k²p, estimated: below 1 if walks have a finite variance, and below 1 − q0 if they are absorbed with
+    /// that probability.
     ///
     /// # Errors
     /// [`Error`].
-    fn plain_radius(&self, absorption: f64) -> Result<f64, Error>;
+    fn plain_radius(&self) -> Result<f64, Error>;
 
     /// Refuses walks whose error bars would mean nothing, as far as that can be seen without a solved system.
     ///
@@ -404,11 +389,11 @@ pub trait Partitioned<'m>: Send + Sync {
         Ok(())
     }
 
-    /// Solves the Galerkin system. It serves every absorption; which one it is computed with moves last digits at most.
+    /// Solves the Galerkin system.
     ///
     /// # Errors
     /// [`Error`].
-    fn solve(&self, absorption: f64) -> Result<Box<dyn System + 'm>, Error>;
+    fn solve(&self) -> Result<Box<dyn System + 'm>, Error>;
 
     /// Makes a system of what [`System::saved`] gave of one on the same cells: to the bit the same, in a fraction of the time.
     ///
@@ -426,14 +411,14 @@ pub trait Partitioned<'m>: Send + Sync {
     fn plain_job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error>;
 }
 
-/// A solved Galerkin system. It serves all pairs, absorptions and estimators.
+/// A solved Galerkin system. It serves all pairs and absorptions.
 ///
 /// ```
 /// use fredholm::{CubeModel, Model, Partitioned, Settings, System};
 ///
 /// let u = CubeModel::from_fn::<1>(|_, _| 0.5, |_| 1.0);
 /// let settings = Settings { cells: Some(10), ..Settings::default() };
-/// let system = u.partition(&settings.discretisation())?.solve(0.2)?;
+/// let system = u.partition(&settings.discretisation())?.solve()?;
 /// assert!(system.check_variance(&settings.walk_options()).is_ok());
 /// # Ok::<(), fredholm::Error>(())
 /// ```
@@ -443,18 +428,6 @@ pub trait System: Send + Sync {
     /// # Errors
     /// [`Error::InfiniteVariance`].
     fn check_variance(&self, walk: &WalkOptions) -> Result<(), Error>;
-
-    /// (1 − q0) ∫∫ (k − h)² p over those pairs in S which walks seldom meet, over ∫ F²: the same for every absorption.
-    ///
-    /// Over 1 − q0, and times q0 where walks score F/q, it is ∫∫ (k − h)² p/∫ f² q, which times (E η²)² is about the
-    /// variance that few walks miss: the first term of (26) of Heinrich 1995 as if walks came everywhere as often.
-    ///
-    /// # Errors
-    /// [`Error`].
-    fn rare_variance(&self, pairs: Pairs) -> Result<f64, Error> {
-        let _ = pairs;
-        Ok(0.0)
-    }
 
     /// Prepares walks that both equations follow, and hands them on.
     ///
@@ -477,7 +450,7 @@ pub trait System: Send + Sync {
     ///
     /// # Errors
     /// [`Error`].
-    fn tables(&self, pairs: Pairs, absorption: f64) -> Result<TableBuilder, Error>;
+    fn tables(&self, pairs: Pairs) -> Result<TableBuilder, Error>;
 
     /// What takes long to compute of the system, as plain numbers. `None`: this kind saves no systems.
     fn saved(&self) -> Option<SavedSystem<'_>> {
@@ -498,12 +471,12 @@ pub trait System: Send + Sync {
         Err(NO_LIFT)
     }
 
-    /// The system as one that has its whole function from one set of walks. A kind whose chain preserves no density that
+    /// The system as one that has its global estimate from one set of walks. A kind whose chain preserves no density that
     /// is known, or whose T_K nobody has written, has none: [`Model::has_whole`].
     ///
     /// # Errors
     /// [`Error::Internal`]: it has none.
-    fn whole<'s>(self: Box<Self>) -> Result<Box<dyn WholeSystem<'s> + 's>, Error>
+    fn whole<'s>(self: Box<Self>) -> Result<Box<dyn GlobalSystem<'s> + 's>, Error>
     where
         Self: 's,
     {
@@ -515,8 +488,8 @@ pub trait System: Send + Sync {
 const NO_LIFT: Error = Error::Internal("a system without a lift");
 /// A system of a kind that saves none.
 const NO_SAVED: Error = Error::Internal("a system of a kind that saves none");
-/// A system that has no whole function, of a model that says so.
-const NO_WHOLE: Error = Error::Internal("a system without a whole function");
+/// A system that has no global estimate, of a model that says so.
+const NO_WHOLE: Error = Error::Internal("a system without a global estimate");
 
 /// The goals and options of walks.
 #[derive(Clone, Copy, Debug)]
@@ -555,8 +528,6 @@ pub struct Prepared<'a> {
     pub pointwise: PointwisePairs,
     /// The spectral radius of T_h²p, or a bound of it, if it was looked at.
     pub neighbour_second_moment_radius: Option<f64>,
-    /// How many pairs are what, if they were chosen one by one.
-    pub pair_counts: Option<PairCounts>,
 }
 
 impl core::fmt::Debug for Prepared<'_> {
@@ -585,7 +556,6 @@ impl<'a> Prepared<'a> {
             convergence: NO_ITERATION,
             pointwise: PointwisePairs::default(),
             neighbour_second_moment_radius: None,
-            pair_counts: None,
         }
     }
 }

@@ -15,22 +15,12 @@ use crate::{Error, Subject};
 pub enum Pairs {
     /// Pairs as in Heinrich 1995: none is pointwise.
     Paper,
-    /// Pairs in S, but for those on which the kernel or the density is not smooth: these are pointwise.
+    /// Pairs in S, but for those on which the kernel or the density is not smooth: these are pointwise. In rooms, rays.
     Default,
     /// All pairs pointwise: the neighbour equation differs in its source only.
     Pointwise,
-    /// Every pair by itself in S, pointwise or left out, for the least predicted variance × time.
-    Theory,
     /// No pairs: h = k everywhere, and G from one ray. In rooms.
     Rays,
-}
-
-impl Pairs {
-    /// Whether some pairs may be in S, where h is made from coefficients; elsewhere h = k.
-    #[must_use]
-    pub const fn are_in_s(self) -> bool {
-        !matches!(self, Self::Pointwise | Self::Rays)
-    }
 }
 
 /// The floating-point type of walks.
@@ -61,6 +51,23 @@ pub enum Sequence {
     Random,
     /// Scrambled Sobol' points, a randomisation for each batch: [`fredholm_core::Sobol`].
     Sobol,
+}
+
+/// The method of a solution.
+///
+/// ```
+/// use fredholm::{Choices, Method};
+///
+/// assert_eq!(Method::of_word("resolvent"), Some(Method::Resolvent));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// Walks of the equation's chain, with a neighbour equation as control variate.
+    Walks,
+    /// Walks of the equation's chain as in Heinrich 1995: constant absorption, pairs in S, the product form.
+    Paper,
+    /// Walks that know the resolvent of a neighbour equation: of equations by kernel and source.
+    Resolvent,
 }
 
 /// The value of an expression for the floating-point type that a [`Scalar`] stands for.
@@ -111,7 +118,7 @@ pub struct Choice<T: 'static> {
 /// ```
 /// use fredholm::{Choices, Pairs};
 ///
-/// assert_eq!(Pairs::Theory.word(), "theory");
+/// assert_eq!(Pairs::Rays.word(), "rays");
 /// assert_eq!(Pairs::of_word("paper"), Some(Pairs::Paper));
 /// assert_eq!(Pairs::of_word("papers"), None);
 /// ```
@@ -154,25 +161,18 @@ impl Choices for Pairs {
         Choice {
             value: Self::Paper,
             word: "paper",
-            help: "As in the paper: circle, the diagonal left out (section 5); cube, all pairs in S; room, left out \
-                   what the default has pointwise",
+            help: "As in the paper: circle, the diagonal left out (section 5); cube, all pairs in S",
         },
         Choice {
             value: Self::Default,
             word: "default",
-            help: "All pairs in S, but for a kernel with a kink at x = y (circle; cube with `kernel_integral`) the \
-                   diagonal pointwise; room: pairs that are partly hidden, or meet in a corner, pointwise",
+            help: "All pairs in S, but for a kernel with a kink at x = y (cube with `kernel_integral`) the diagonal pointwise; \
+                   circle: all pointwise; room: rays",
         },
         Choice {
             value: Self::Pointwise,
             word: "pointwise",
             help: "All pairs pointwise: the neighbour equation differs in its source only",
-        },
-        Choice {
-            value: Self::Theory,
-            word: "theory",
-            help: "Every pair for itself in S, pointwise or left out: as the predicted variance times the time of a \
-                   walk is least. Takes longer to set up, by some thirty evaluations of every pair",
         },
         Choice {
             value: Self::Rays,
@@ -193,6 +193,26 @@ impl Choices for Scalar {
             value: Self::F64,
             word: "f64",
             help: "Double precision",
+        },
+    ];
+}
+
+impl Choices for Method {
+    const ALL: &'static [Choice<Self>] = &[
+        Choice {
+            value: Self::Walks,
+            word: "walks",
+            help: "walks of the equation's chain, which a neighbour equation follows: its variance must be finite",
+        },
+        Choice {
+            value: Self::Paper,
+            word: "paper",
+            help: "these walks as in Heinrich 1995: an absorption of 0.2 unless another is given, pairs in S, the product form",
+        },
+        Choice {
+            value: Self::Resolvent,
+            word: "resolvent",
+            help: "walks that know the resolvent of a neighbour equation: kernels of any norm, given as functions",
         },
     ];
 }
@@ -218,7 +238,7 @@ impl Choices for Estimator {
         Choice {
             value: Self::Absorption,
             word: "absorption",
-            help: "A walk scores where it is absorbed",
+            help: "A walk with a constant absorption scores where it is absorbed",
         },
         Choice {
             value: Self::Collision,

@@ -17,7 +17,7 @@ use crate::{Discretisation, Error};
 /// let u = CubeModel::from_fn::<1>(|_, _| 0.5, |_| 1.0);
 /// let settings = Settings { cells: Some(10), ..Settings::default() };
 /// let cells = u.partition(&settings.discretisation())?;
-/// let system = cells.solve(0.2)?;
+/// let system = cells.solve()?;
 /// let saved = system.saved().expect("a cube has numbers to save");
 /// assert_eq!((saved.solution.v.len(), saved.coefficients.len()), (10, 100));
 /// let again = cells.restore(saved.into_owned())?;
@@ -97,6 +97,4 @@ pub struct SystemOf {
     pub cells: usize,
     /// The number of unknowns.
     pub unknowns: usize,
-    /// q0, on which last digits depend.
-    pub absorption: f64,
 }

@@ -2,11 +2,11 @@
 
 use core::time::Duration;
 
-use fredholm_core::{Estimator, Form, Tolerance};
+use fredholm_core::{Absorption, Estimator, Form, Tolerance};
 use serde::{Deserialize, Serialize};
 
 use crate::written::{choice, open_choice, tolerance};
-use crate::{Choices as _, Error, Model, Pairs, Scalar, Sequence, Subject};
+use crate::{Choices as _, Error, Method, Pairs, Scalar, Sequence, Subject};
 
 /// Replicates of a sequence: a standard error of 32 is itself uncertain by 13 %, and Student's quantile of 95 % is 2.04.
 const REPLICATES: u64 = 32;
@@ -26,6 +26,9 @@ const LONGEST: u64 = 1 << 24;
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
+    /// The method; walks of the chain if it is open.
+    #[serde(default, with = "open_choice")]
+    pub method: Option<Method>,
     /// Cells; of a cube per axis.
     pub cells: Option<usize>,
     /// Degree of the polynomials on a cell.
@@ -33,37 +36,28 @@ pub struct Settings {
     /// How the neighbour equation treats pairs of cells.
     #[serde(with = "open_choice")]
     pub pairs: Option<Pairs>,
-    /// How they are treated where nothing is said and nothing is chosen: [`Model::default_pairs`].
-    #[serde(default = "usual_pairs", with = "choice")]
-    pub default_pairs: Pairs,
-    /// How cells shrink towards the corners of a room if pairs in S are asked for and nothing is said of it:
-    /// [`Model::grading_of_pairs`].
-    #[serde(default)]
-    pub grading_of_pairs: Option<f64>,
     /// Degree of the polynomials on which F + T_K v is projected, for walks with h = k: higher than that of v.
     /// 0: there is no lift.
     #[serde(default)]
     pub lift: Option<usize>,
-    /// Degree of the polynomials on whose coefficients the walks of a whole function score.
+    /// Degree of the polynomials on whose coefficients the walks of a global estimate score.
     pub score_degree: Option<usize>,
-    /// Whether all targets are answered from one set of walks, by the whole function. If it is open, so are they where that
+    /// Whether all targets are answered from one set of walks, by a global estimate. If it is open, so are they where that
     /// is predicted to take less time than walks of every target.
     #[serde(skip)]
-    pub whole: Option<bool>,
+    pub global: Option<bool>,
     /// Quadrature points of a cell and axis, where coefficients come from quadrature.
     pub points: Option<usize>,
     /// How cells shrink towards the corners of a room; 1 makes them equal.
     pub grading: Option<f64>,
     /// Whether the walls of a room are cut at the edges of shadows.
     pub shadow_cuts: Option<bool>,
-    /// Whether the neighbour equation of a cube has the source F itself, so that jumps of F cost nothing; its moments are
-    /// then estimates, whose error is part of error bars.
-    pub exact_source: Option<bool>,
     /// Walks for each goal; with a tolerance the most.
     pub walks: Option<u64>,
-    /// q0, the probability that a walk is absorbed in a state.
+    /// q0, the probability that a walk is absorbed in a state. If it is open, [`absorption`](Self::absorption()) says how walks end;
+    /// those of a global estimate, and those of a sequence that is chosen, have the q0 that is best for them.
     pub absorption: Option<f64>,
-    /// The estimator: what a walk scores.
+    /// The estimator: what a walk with constant absorption scores.
     #[serde(with = "open_choice")]
     pub estimator: Option<Estimator>,
     /// The form of the control variate.
@@ -74,7 +68,7 @@ pub struct Settings {
     pub sequence: Option<Sequence>,
     /// The number of first states in which walks are not absorbed.
     #[serde(default)]
-    pub survivals: Option<u32>,
+    pub forced_steps: Option<u32>,
     /// Whether the last step of walks leads to the light: they are for u less the emission of some parts of the space, which
     /// every score looks at directly.
     #[serde(default)]
@@ -99,32 +93,25 @@ pub struct Settings {
     pub allow_infinite_variance: bool,
 }
 
-/// How most problems treat pairs where nothing is said of them.
-const fn usual_pairs() -> Pairs {
-    Pairs::Default
-}
-
 impl Default for Settings {
     fn default() -> Self {
         Self {
+            method: None,
             cells: None,
             degree: None,
             pairs: None,
-            default_pairs: usual_pairs(),
-            grading_of_pairs: None,
             lift: None,
             score_degree: None,
-            whole: None,
+            global: None,
             points: None,
             grading: None,
             shadow_cuts: None,
-            exact_source: None,
             walks: None,
             absorption: None,
             estimator: None,
             form: None,
             sequence: None,
-            survivals: None,
+            forced_steps: None,
             last_step: None,
             adjoint: None,
             scalar: Scalar::F64,
@@ -140,7 +127,7 @@ impl Default for Settings {
 impl Settings {
     /// Walks of each goal where nothing is said of them.
     pub const WALKS: u64 = 100_000;
-    /// q0 where nothing is said of it.
+    /// q0 where an estimator, a form or a sequence is asked for that needs one and nothing is said of it: that of Heinrich 1995.
     pub const ABSORPTION: f64 = 0.2;
     /// Walks of a batch where nothing is said of it, and they are pseudo-random.
     pub const BATCH: u64 = 4096;
@@ -206,55 +193,56 @@ impl Settings {
             let message = "with a `lift` all pairs are pointwise: leave `pairs` out".to_owned();
             return refuse(Subject::Pairs, message);
         }
-        if self.exact_source == Some(true) {
-            let message =
-                "with a `lift` the source is exact by itself: leave `exact_source` out".to_owned();
-            return refuse(Subject::ExactSource, message);
-        }
         Ok(())
-    }
-
-    /// The settings with the estimator and the pairs of a model, if it has others than most and nothing is said of them.
-    #[must_use]
-    pub fn for_model(self, model: &dyn Model) -> Self {
-        let own = Some(model.estimator()).filter(|own| *own != Estimator::Absorption);
-        Self {
-            estimator: self.estimator.or(own),
-            default_pairs: model.default_pairs(),
-            grading_of_pairs: model.grading_of_pairs(),
-            ..self
-        }
     }
 
     /// How space is cut, with a default for what is open; the problem chooses cells.
     #[must_use]
     pub fn discretisation(&self) -> Discretisation {
-        let walk = self.walk_options();
-        let of_pairs = self.pairs.filter(|pairs| pairs.are_in_s());
         Discretisation {
             cells: self.cells,
             degree: self.degree.unwrap_or(0),
             points: self.points,
-            grading: self.grading.or(of_pairs.and(self.grading_of_pairs)),
+            grading: self.grading,
             shadow_cuts: self.shadow_cuts,
-            exact_source: walk.exact_source.then(|| walk.moments_tolerance()),
             scalar: self.scalar,
         }
+    }
+
+    /// How walks end: by roulette, unless q0, the paper's method, the absorption estimator, the product form or a sequence is asked for. Weights of the
+    /// product form are those of h, and roulette by those of k may leave it no finite variance. Where walks draw from a sequence,
+    /// roulette makes jumps of what they score, all over the cube, and a constant q0 in planes along its sides.
+    #[must_use]
+    pub fn absorption(&self) -> Absorption {
+        let is_constant = self.method == Some(Method::Paper)
+            || self.estimator == Some(Estimator::Absorption)
+            || self.form == Some(Form::Product)
+            || self.sequence == Some(Sequence::Sobol);
+        let probability = match self.absorption {
+            None if is_constant => Some(Self::ABSORPTION),
+            said => said,
+        };
+        probability.map_or(Absorption::Roulette, |probability| Absorption::Constant {
+            probability,
+            estimator: self.estimator.unwrap_or(Estimator::Collision),
+        })
     }
 
     /// The walks, with a default for what is open.
     #[must_use]
     pub fn walk_options(&self) -> WalkOptions {
+        let (pairs, form) = match self.method {
+            Some(Method::Paper) => (Pairs::Paper, Form::Product),
+            _ => (Pairs::Default, Self::FORM),
+        };
         WalkOptions {
-            pairs: self.pairs.unwrap_or(self.default_pairs),
-            exact_source: self.exact_source.unwrap_or(false),
+            pairs: self.pairs.unwrap_or(pairs),
             walks: self.walks.unwrap_or(Self::WALKS),
-            absorption: self.absorption.unwrap_or(Self::ABSORPTION),
-            estimator: self.estimator.unwrap_or(Estimator::Absorption),
-            form: self.form.unwrap_or(Self::FORM),
+            absorption: self.absorption(),
+            form: self.form.unwrap_or(form),
             seed: self.seed,
             sequence: self.sequence.unwrap_or(Sequence::Random),
-            survivals: self.survivals.unwrap_or(0),
+            forced_steps: self.forced_steps.unwrap_or(0),
             last_step: self.last_step.unwrap_or(false),
             batch: self.batch(),
             tolerance: self.tolerance,
@@ -285,8 +273,6 @@ pub struct Discretisation {
     pub grading: Option<f64>,
     /// Whether the walls of a room are cut at the edges of shadows.
     pub shadow_cuts: Option<bool>,
-    /// The tolerance of the moments of F, if walks follow a neighbour equation with the source F itself.
-    pub exact_source: Option<Tolerance>,
     /// The floating-point type in which walks meet the cells.
     pub scalar: Scalar,
 }
@@ -305,29 +291,25 @@ impl Discretisation {
 /// How walks are made, and the neighbour equation that they follow.
 ///
 /// ```
-/// use fredholm::{Pairs, Settings};
+/// use fredholm::{Absorption, Pairs, Settings};
 ///
 /// let walk = Settings::default().walk_options();
-/// assert_eq!((walk.walks, walk.absorption, walk.pairs), (100_000, 0.2, Pairs::Default));
+/// assert_eq!((walk.walks, walk.absorption, walk.pairs), (100_000, Absorption::Roulette, Pairs::Default));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WalkOptions {
     /// How the neighbour equation treats pairs of cells.
     pub pairs: Pairs,
-    /// Whether the neighbour equation of a cube has the source F itself.
-    pub exact_source: bool,
     /// Walks for each goal; with a tolerance the most.
     pub walks: u64,
-    /// q0, the probability that a walk is absorbed in a state.
-    pub absorption: f64,
-    /// The estimator: what a walk scores.
-    pub estimator: Estimator,
+    /// How walks end, and what they score.
+    pub absorption: Absorption,
     /// The form of the control variate.
     pub form: Form,
     /// The numbers that walks draw.
     pub sequence: Sequence,
     /// The number of first states in which walks are not absorbed.
-    pub survivals: u32,
+    pub forced_steps: u32,
     /// Whether the last step of walks leads to the light.
     pub last_step: bool,
     /// The seed of all draws.
@@ -343,14 +325,6 @@ pub struct WalkOptions {
 }
 
 impl WalkOptions {
-    /// The tolerance of which moments of F may leave a half: that of the walks, or else a hundredth of the standard error
-    /// of plain walks, as a part of the largest |F|.
-    #[must_use]
-    pub fn moments_tolerance(&self) -> Tolerance {
-        let of_plain = Tolerance::Relative(1e-2 / (self.walks as f64).sqrt());
-        self.tolerance.unwrap_or(of_plain)
-    }
-
     /// The name of the sequence that walks draw from, if they draw no pseudo-random numbers.
     #[must_use]
     pub fn sequence_word(&self) -> Option<&'static str> {
@@ -361,9 +335,9 @@ impl WalkOptions {
     pub fn for_core(&self) -> fredholm_core::WalkOptions {
         fredholm_core::WalkOptions {
             seed: self.seed,
-            estimator: self.estimator,
+            absorption: self.absorption,
             form: self.form,
-            survivals: self.survivals,
+            forced_steps: self.forced_steps,
             ..fredholm_core::WalkOptions::default()
         }
     }

@@ -165,7 +165,7 @@ impl Job for Kept<'_> {
         self.job.set_up.shared.max(1)
     }
 
-    fn run(&self, _: usize, _: &mut Batch, _: u64) -> Result<(), NotFinite> {
+    fn run(&self, _: usize, _: &mut [Batch], _: u64) -> Result<(), NotFinite> {
         Ok(())
     }
 }
@@ -259,8 +259,8 @@ impl Merged {
         let asked = self.outcome.statistics.iter();
         let needed = asked.map(|statistics| {
             let deviation = statistics.preconditioned().std_dev.unwrap_or(f64::INFINITY);
-            let of_walks = tolerance.error(statistics).powi(2) - statistics.control_error().powi(2);
-            deviation.powi(2) / of_walks.max(0.0)
+            let of_walks = tolerance.error(statistics).powi(2);
+            deviation.powi(2) / of_walks
         });
         let most = MORE * needed.fold(0.0, f64::max);
         let batch = self.job.settings.batch();

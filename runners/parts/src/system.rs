@@ -224,7 +224,6 @@ impl SystemFile {
     fn named(&self, of: &SystemOf) -> Vec<Named> {
         let cut = Discretisation {
             cells: None,
-            exact_source: None,
             ..of.cut
         };
         let system = SystemOf { cut, ..*of };

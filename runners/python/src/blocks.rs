@@ -324,11 +324,11 @@ impl<'m> Partitioned<'m> for BlockCells<'m> {
         self.cells.evaluations(sweeps)
     }
 
-    fn plain_radius(&self, absorption: f64) -> Result<f64, Error> {
+    fn plain_radius(&self) -> Result<f64, Error> {
         self.blocks.set_up(
             &self.cut,
-            |cells| drop(cells.plain_radius(absorption)),
-            || self.cells.plain_radius(absorption),
+            |cells| drop(cells.plain_radius()),
+            || self.cells.plain_radius(),
         )
     }
 
@@ -344,11 +344,11 @@ impl<'m> Partitioned<'m> for BlockCells<'m> {
         self.cells.check_examination()
     }
 
-    fn solve(&self, absorption: f64) -> Result<Box<dyn System + 'm>, Error> {
+    fn solve(&self) -> Result<Box<dyn System + 'm>, Error> {
         let system = self.blocks.set_up(
             &self.cut,
-            |cells| drop(cells.solve(absorption)),
-            || self.cells.solve(absorption),
+            |cells| drop(cells.solve()),
+            || self.cells.solve(),
         )?;
         let blocks = self.blocks;
         Ok(Box::new(BlockSystem { system, blocks }))
@@ -371,10 +371,6 @@ impl System for BlockSystem<'_> {
         self.system.check_variance(walk)
     }
 
-    fn rare_variance(&self, pairs: Pairs) -> Result<f64, Error> {
-        self.system.rare_variance(pairs)
-    }
-
     fn job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
         let blocks = self.blocks;
         self.system.job(request, &mut |prepared| {
@@ -395,12 +391,8 @@ impl System for BlockSystem<'_> {
         self.system.examine(request, nodes, then)
     }
 
-    fn tables(
-        &self,
-        pairs: Pairs,
-        absorption: f64,
-    ) -> Result<fredholm_embedded::TableBuilder, Error> {
-        self.system.tables(pairs, absorption)
+    fn tables(&self, pairs: Pairs) -> Result<fredholm_embedded::TableBuilder, Error> {
+        self.system.tables(pairs)
     }
 }
 
@@ -409,14 +401,18 @@ impl Job for BlockJob<'_> {
         self.job.goals()
     }
 
-    fn run(&self, goal: usize, batch: &mut Batch, at_most: u64) -> Result<(), NotFinite> {
-        let begin = *batch;
+    fn shared(&self) -> usize {
+        self.job.shared()
+    }
+
+    fn run(&self, first: usize, batches: &mut [Batch], at_most: u64) -> Result<(), NotFinite> {
+        let begin = batches.to_vec();
         let (ended, outcome) = self.blocks.gather(|| {
-            let mut batch = begin;
-            let outcome = self.job.run(goal, &mut batch, at_most);
-            (batch, outcome)
+            let mut batches = begin.clone();
+            let outcome = self.job.run(first, &mut batches, at_most);
+            (batches, outcome)
         });
-        *batch = ended;
+        batches.copy_from_slice(&ended);
         outcome
     }
 }

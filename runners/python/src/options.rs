@@ -22,7 +22,7 @@ fn given<'py, T: for<'a> FromPyObject<'a, 'py>>(
             let wanted = match kind {
                 "f64" => "a number",
                 "bool" => "True or False",
-                "u64" | "usize" => "a whole number, 0 or more",
+                "u32" | "u64" | "usize" => "a whole number, 0 or more",
                 _ => "a word",
             };
             let text = value
@@ -64,9 +64,6 @@ pub(crate) fn replace(file: &mut ProblemFile, options: &Bound<'_, PyDict>) -> Py
     if let Some(lift) = given(options, "lift")? {
         file.galerkin.lift = Some(Placed::flag("lift", lift));
     }
-    if let Some(exact) = given(options, "exact_source")? {
-        file.galerkin.exact_source = Some(Placed::flag("exact_source", exact));
-    }
     set(
         &mut file.galerkin.degree,
         "degree",
@@ -75,11 +72,9 @@ pub(crate) fn replace(file: &mut ProblemFile, options: &Bound<'_, PyDict>) -> Py
     set(&mut file.galerkin.pairs, "pairs", word(options, "pairs")?);
     let walk = &mut file.walk;
     set(&mut walk.walks, "walks", given(options, "walks")?);
-    set(
-        &mut walk.absorption,
-        "absorption",
-        given(options, "absorption")?,
-    );
+    if let Some(absorption) = given(options, "absorption")? {
+        walk.absorption = Some(Placed::flag("absorption", absorption));
+    }
     set(
         &mut walk.estimator,
         "estimator",
@@ -88,10 +83,14 @@ pub(crate) fn replace(file: &mut ProblemFile, options: &Bound<'_, PyDict>) -> Py
     set(&mut walk.form, "form", word(options, "form")?);
     set(&mut walk.sequence, "sequence", word(options, "sequence")?);
     set(
-        &mut walk.survivals,
-        "survivals",
-        given(options, "survivals")?,
+        &mut walk.forced_steps,
+        "forced_steps",
+        given(options, "forced_steps")?,
     );
+    // `global` is a word of Python.
+    if let Some(global) = given(options, "global_")? {
+        walk.global = Some(Placed::flag("global_", global));
+    }
     if let Some(last) = given(options, "last_step")? {
         walk.last_step = Some(Placed::flag("last_step", last));
     }

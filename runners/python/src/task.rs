@@ -212,8 +212,8 @@ impl Task {
             value["cells"] = json!(if chosen.plain { Some(0) } else { cut.cells });
             value["degree"] = json!(cut.degree);
             value["pairs"] = json!(walk.pairs.word());
-            value["absorption"] = json!(walk.absorption);
-            value["estimator"] = json!(walk.estimator.word());
+            value["absorption"] = json!(walk.absorption.probability());
+            value["estimator"] = json!(walk.absorption.estimator().word());
             value
         });
         json_of(py, &value)
@@ -288,7 +288,6 @@ impl Task {
         let (regions, values, summary) =
             field.map_err(|error| of_solve(py, &error, &opened.file))?;
         let coordinates = |region: &Region| match region {
-            Region::Angle(s) => vec![*s],
             Region::Point(x) => x.clone(),
             other => model.position(other).unwrap_or_default(),
         };
@@ -377,7 +376,7 @@ impl Task {
         self.open_as(options, watch, true)
     }
 
-    /// The same; `in_blocks`: functions of arrays are called with blocks, which whole functions do not know how to ask for.
+    /// The same; `in_blocks`: functions of arrays are called with blocks, which a global estimate does not know how to ask for.
     fn open_as(
         &self,
         options: &Bound<'_, PyDict>,

@@ -83,3 +83,16 @@ def test_factors_of_a_scene(tmp_path) -> None:
     # Hottel: opposite squares of a cube.
     assert factors.matrix[0, 1] == pytest.approx(0.19982489569838746, abs=1e-12)
     assert factors.areas == pytest.approx(np.ones(6)) and factors.error is not None
+
+
+def test_settings_reach_the_walks() -> None:
+    told = CUBE.solve(mean=True, cells=4, walks=2048, sequence="sobol", forced_steps=4).to_dict()
+    assert (told["sequence"], told["forced_steps"], told["absorption"]) == ("sobol", 4, None)
+    assert CUBE.solve(mean=True, cells=4, walks=2048, absorption=0.25).to_dict()["absorption"] == 0.25
+    assert CUBE.solve(mean=True, cells=4, lift=2, walks=500).to_dict()["lift"] == 2
+    assert "whole" in CUBE.solve(grid=3, cells=4, walks=6400, global_=True).to_dict()
+    prediction = CUBE.predict(1e-6)
+    assert prediction is not None and prediction.absorption is None
+    for refused in ("last_step", "adjoint"):
+        with pytest.raises(fredholm.InputError, match=refused):
+            CUBE.solve(mean=True, cells=4, walks=500, **{refused: True})

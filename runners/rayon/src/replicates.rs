@@ -1,7 +1,7 @@
-//! The replicates of a whole function on all threads.
+//! The replicates of a global estimate on all threads.
 
 use fredholm_core::NotFinite;
-use fredholm_core::whole::{Replicate, ReplicateCounts, WholeJob};
+use fredholm_core::global::{GlobalJob, Replicate, ReplicateCounts};
 use rayon::prelude::*;
 
 use crate::{Observer, RunError};
@@ -9,24 +9,24 @@ use crate::{Observer, RunError};
 /// Walks between two calls of an observer.
 const SLICE: u64 = 1 << 12;
 
-/// The sums of all replicates of a whole function so far, in memory of their own.
+/// The sums of all replicates of a global estimate so far, in memory of their own.
 ///
 /// Every replicate is the work of one thread at a time and is merged with no other, so that the bits do not depend on
 /// threads.
 ///
 /// ```
 /// use fredholm_core::NotFinite;
-/// use fredholm_core::whole::{Normalisation, Replicate, WholeJob};
+/// use fredholm_core::global::{Normalisation, Replicate, GlobalJob};
 /// use fredholm_rayon::Replicates;
 ///
 /// /// No walks at all.
 /// struct Nothing;
-/// impl WholeJob for Nothing {
+/// impl GlobalJob for Nothing {
 ///     fn unknowns(&self) -> usize {
 ///         3
 ///     }
 ///     fn normalisation(&self) -> Normalisation {
-///         Normalisation { functions: 1, states_scored: 1.0 }
+///         Normalisation { functions: 1, cells: 3, states_scored: 1.0 }
 ///     }
 ///     fn known(&self) -> &[f64] {
 ///         &[]
@@ -51,7 +51,7 @@ pub struct Replicates {
 impl Replicates {
     /// Replicates without walks.
     #[must_use]
-    pub fn new(job: &dyn WholeJob, replicates: usize) -> Self {
+    pub fn new(job: &dyn GlobalJob, replicates: usize) -> Self {
         let unknowns = job.unknowns();
         Self {
             unknowns,
@@ -88,7 +88,7 @@ impl Replicates {
     /// [`RunError::Replicate`]: a walk scored an infinity or NaN; of several the one in the first replicate.
     pub fn run(
         &mut self,
-        job: &dyn WholeJob,
+        job: &dyn GlobalJob,
         walks: u64,
         observer: &dyn Observer,
     ) -> Result<(), RunError> {
@@ -111,7 +111,7 @@ impl Replicates {
     #[must_use]
     pub fn coefficients(
         &self,
-        job: &dyn WholeJob,
+        job: &dyn GlobalJob,
         measure: &(dyn Fn(usize) -> f64 + Sync),
     ) -> Vec<f64> {
         let mut all = vec![0.0; self.sums.len()];
@@ -130,7 +130,7 @@ impl Replicates {
 }
 
 fn run_one(
-    job: &dyn WholeJob,
+    job: &dyn GlobalJob,
     replicate: &mut Replicate<'_>,
     walks: u64,
     observer: &dyn Observer,

@@ -98,7 +98,7 @@ pub enum RunError {
     Options(RunOptionsError),
     /// There is no goal.
     NoGoal,
-    /// A walk scored an infinity or NaN. `Task::replay` runs it again alone.
+    /// A walk scored an infinity or NaN. `Goals::replay` of the core runs it again alone.
     NotFinite {
         /// The number of the goal, from 0.
         goal: usize,
@@ -107,7 +107,7 @@ pub enum RunError {
         /// The number of the walk, from 0.
         walk: u64,
     },
-    /// A walk of a whole function scored an infinity or NaN.
+    /// A walk of a global estimate scored an infinity or NaN.
     Replicate {
         /// The number of the replicate, from 0.
         replicate: usize,
@@ -127,7 +127,7 @@ impl fmt::Display for RunError {
             ),
             Self::Replicate { replicate, walk } => write!(
                 f,
-                "walk {walk} (replicate {replicate}) of the whole function scored a value that is not finite"
+                "walk {walk} (replicate {replicate}) of the global estimate scored a value that is not finite"
             ),
         }
     }

@@ -208,7 +208,7 @@ fn run_batches(
         // The first walk tells how long walks are, and those so far tell it better and better.
         let states = batch.statistics().states().max(1);
         let walks = u128::from(SLICE) * u128::from(before) / u128::from(states);
-        job.run_shared(first, batches, (walks as u64).clamp(1, SLICE))?;
+        job.run(first, batches, (walks as u64).clamp(1, SLICE))?;
         let after = batches
             .first()
             .map_or(before, |batch| batch.statistics().walks());

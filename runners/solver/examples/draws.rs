@@ -10,10 +10,10 @@ use common::{gauss, kinks, root_mean_square, seconds};
 use fredholm::circle::{Emission, Harmonic};
 use fredholm::{CircleModel, CubeModel, Model, Region, Sequence, Solver};
 
-/// Walks of each target, and of a whole function.
+/// Walks of each target, and of a global estimate.
 const WALKS: u64 = 1 << 16;
-/// States without absorption, with a sequence.
-const SURVIVALS: u32 = 4;
+/// States in which walks go on in any case, with a sequence.
+const FORCED_STEPS: u32 = 4;
 
 /// Standard error and seconds, those of the set-up counted.
 fn timed(work: impl FnOnce() -> Option<f64>) -> [f64; 2] {
@@ -25,7 +25,7 @@ fn timed(work: impl FnOnce() -> Option<f64>) -> [f64; 2] {
 /// These walks with a sequence.
 fn drawn<'m>(solver: &Solver<'m>) -> Solver<'m> {
     let solver = solver.clone().sequence(Sequence::Sobol);
-    solver.survivals(SURVIVALS)
+    solver.forced_steps(FORCED_STEPS)
 }
 
 fn rows(name: &str, model: &dyn Model, point: Region, cells: usize, degree: usize) {
@@ -59,7 +59,7 @@ fn rows(name: &str, model: &dyn Model, point: Region, cells: usize, degree: usiz
 
 fn main() {
     println!(
-        "{WALKS} walks; standard error and seconds of a point, the mean, and the whole function (root mean square)"
+        "{WALKS} walks; standard error and seconds of a point, the mean, and the global estimate (root mean square)"
     );
     let at = |x: f64, d: usize| Region::Point(vec![x; d]);
     let cube = |name: &str, model: &CubeModel, d: usize, cells: usize| {
@@ -76,5 +76,11 @@ fn main() {
         frequency: 5,
     };
     let circle = CircleModel::new(vec![0.3, 0.7], Emission::Harmonic(light));
-    rows("circle, 100 cells", &circle, Region::Angle(1.0), 100, 2);
+    rows(
+        "circle, 100 cells",
+        &circle,
+        Region::Point(vec![1.0]),
+        100,
+        2,
+    );
 }

@@ -1,4 +1,4 @@
-//! Prints what the whole function gains over separate walks at equal error, and how its largest error compares with its
+//! Prints what the global estimate gains over separate walks at equal error, and how its largest error compares with its
 //! band: processor time of one thread, on Linux.
 //!
 //! ```text
@@ -16,7 +16,7 @@ use fredholm::{
     CircleModel, CubeModel, Estimator, Model, Pairs, Region, RoomModel, Scalar, Solver, SphereModel,
 };
 
-/// Walks of the whole function.
+/// Walks of the global estimate.
 const WALKS: u64 = 1 << 18;
 /// Points of which separate walks are measured, and walks of each.
 const SEPARATE: usize = 16;
@@ -54,11 +54,11 @@ fn images_row(name: &str, model: &CubeModel, cells: usize, degree: usize) {
             .collect();
         let regions: Vec<Region> = points.iter().map(|x| model.point(&[*x])).collect();
         let exact = known(model)(&regions);
-        let off = |values: &[fredholm::WholeValue]| {
+        let off = |values: &[fredholm::GlobalValue]| {
             let all = values.iter().zip(&exact);
             root_mean_square(all.map(|(value, exact)| value.estimate - exact))
         };
-        let error = |values: &[fredholm::WholeValue]| {
+        let error = |values: &[fredholm::GlobalValue]| {
             root_mean_square(values.iter().filter_map(|value| value.std_error))
         };
         let (took, values) = time(|| solver.values_at(&points).expect("values"));
@@ -70,7 +70,7 @@ fn images_row(name: &str, model: &CubeModel, cells: usize, degree: usize) {
         for more in [1, 2, 4] {
             let polynomials = solver.clone().score_degree(degree + more);
             let (took, values) = time(|| {
-                let whole = polynomials.whole().expect("a whole function");
+                let whole = polynomials.whole().expect("a global estimate");
                 whole.values(&regions).expect("values")
             });
             print!(
@@ -118,12 +118,12 @@ fn circle_row(name: &str, model: &CircleModel, cells: usize, degree: usize, by: 
 /// best, as on circles.
 fn room_row(name: &str, model: &RoomModel, cells: usize, degree: usize) {
     let fine = Solver::new(model).cells(600).degree(3).walks(1);
-    let fine = fine.whole().expect("a whole function");
+    let fine = fine.whole().expect("a global estimate");
     let exact = |regions: &[Region]| {
         let values = fine.values(regions).expect("values").into_iter();
         values.map(|value| value.iterate).collect()
     };
-    let pairs = [Pairs::Default, Pairs::Pointwise];
+    let pairs = [Pairs::Rays, Pairs::Pointwise];
     row_of(name, model, (cells, degree), &pairs, &exact);
 }
 
@@ -167,7 +167,7 @@ fn print_row(
     let (per_walk, deviation) = best.expect("pairs");
 
     let whole = solver.clone().walks(WALKS);
-    let (took, function) = time(|| whole.whole().expect("a whole function"));
+    let (took, function) = time(|| whole.whole().expect("a global estimate"));
     let once = took - setup;
     let many = points(model, 1000);
     let (values_took, values) = time(|| function.values(&many).expect("values"));
@@ -176,7 +176,7 @@ fn print_row(
     let gain = |count: f64| per_point * count / (once + values_took * count / 1000.0);
 
     let exact = exact(&many);
-    let off = |of: fn(&fredholm::WholeValue) -> f64| {
+    let off = |of: fn(&fredholm::GlobalValue) -> f64| {
         let all = exact.iter().zip(&values);
         all.map(|(exact, value)| (of(value) - exact).abs())
             .fold(0.0, f64::max)
@@ -207,7 +207,7 @@ fn main() {
         return;
     }
     println!(
-        "{WALKS} walks; sd/sqrt(walks) of a point, standard error of the whole function (both root mean squares over points);"
+        "{WALKS} walks; sd/sqrt(walks) of a point, standard error of the global estimate (both root mean squares over points);"
     );
     println!(
         "seconds of the set-up, of walks and band, of 1000 values; walks and band in units of as many walks of a point; gain in time over separate walks at equal error for"
@@ -261,7 +261,6 @@ fn main() {
         albedo: 0.6,
         asymmetry: 0.3,
         emission: [1.0, 0.2, 0.1, 0.5],
-        absorption: 0.4,
         forward: 0.2,
     });
     row("sphere, 200 cells", &sphere, 200, 0);

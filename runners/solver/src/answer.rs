@@ -12,7 +12,6 @@ use crate::execute::{Execution, SetUp, Walking};
 use crate::{Error, Goal, Model, Partitioned, Scalar, Settings, System, WalkOptions};
 use fredholm_model::cost::PointwisePairs;
 use fredholm_model::numbers::short;
-use fredholm_model::pairs::PairCounts;
 use fredholm_model::{Derived, Prepared, Request, Then};
 
 /// An observer of a solution: it is told of the choice, of stages of walks and of sites, and may cancel.
@@ -140,18 +139,14 @@ impl Display for Gave {
                     write!(f, ", and the tail index of the scores is about {index:.1}")?;
                 }
                 f.write_str(
-                    ": the variance may be infinite, and the error bar may mean nothing; use a smaller `absorption`, or \
-                     look for places where the kernel is large",
+                    ": the variance may be infinite, and the error bar may mean nothing; look for places where the kernel is \
+                     large",
                 )
             }
             Self::Unpredicted { times } => write!(
                 f,
                 "walks tell that it takes {times:.0} times as long as the first of them told; they missed most of the \
                  variance, which may be infinite; error bars may mean nothing"
-            ),
-            Self::TooLong { seconds } if !seconds.is_finite() => f.write_str(
-                "more walks do not lower the error of the integrals of the source; leave `exact_source` out, or use a \
-                 larger `target_error`",
             ),
             Self::TooLong { seconds } => write!(
                 f,
@@ -186,8 +181,6 @@ pub struct Answer {
     pub pointwise: PointwisePairs,
     /// The spectral radius of T_h²p, or a bound of it, if it was looked at.
     pub neighbour_second_moment_radius: Option<f64>,
-    /// How many pairs are what, if they were chosen one by one.
-    pub pair_counts: Option<PairCounts>,
     /// The heat results that follow from the statistics.
     pub derived: Derived,
 }
@@ -213,9 +206,9 @@ impl<'m> Solved<'m> {
     ///
     /// # Errors
     /// [`Error`].
-    pub fn new(cells: &(dyn Partitioned<'m> + 'm), absorption: f64) -> Result<Self, Error> {
+    pub fn new(cells: &(dyn Partitioned<'m> + 'm)) -> Result<Self, Error> {
         let start = Instant::now();
-        let system = cells.solve(absorption)?;
+        let system = cells.solve()?;
         Ok(Self {
             system,
             seconds: start.elapsed().as_secs_f64(),
@@ -410,7 +403,6 @@ impl Answer {
             walk_seconds,
             pointwise: set_up.pointwise,
             neighbour_second_moment_radius: set_up.neighbour_second_moment_radius,
-            pair_counts: set_up.pair_counts,
             derived,
         }
     }

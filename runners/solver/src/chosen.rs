@@ -3,18 +3,20 @@
 use fredholm_model::numbers::short;
 use serde::{Deserialize, Deserializer, Serialize};
 
+use fredholm_core::Absorption;
+
 use crate::{Choices, Settings};
 
 /// The word for a method. By this name it is not taken for one that lives in what is read.
 type Method = &'static str;
 
 /// The word for one set of walks for all goals.
-pub(crate) const WHOLE: &str = "whole function";
+pub(crate) const WHOLE: &str = "global estimate";
 
 /// The part of a report on a choice.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ChoiceReport {
-    /// "preconditioned" or "plain", of separate walks for every goal, or "whole function", of one set of walks for all.
+    /// "preconditioned" or "plain", of separate walks for every goal, or "global estimate", of one set of walks for all.
     #[serde(deserialize_with = "method")]
     pub method: Method,
     /// Seconds of the set-up on one thread of the machine whose constants the library knows.
@@ -27,13 +29,13 @@ pub struct ChoiceReport {
     pub predicted_states: f64,
     /// Seconds that plain walks alone would take; null if they are not allowed, or if none of a pilot's scored.
     pub predicted_plain_seconds: Option<f64>,
-    /// Seconds that separate walks would take, set-up included, if the whole function is used.
+    /// Seconds that separate walks would take, set-up included, if the global estimate is used.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub predicted_separate_seconds: Option<f64>,
-    /// Seconds that the whole function takes after its set-up, if a pilot looked at it.
+    /// Seconds that the global estimate takes after its set-up, if a pilot looked at it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub predicted_whole_seconds: Option<f64>,
-    /// Whether the whole function was walked and given up for separate walks: it took longer than they are predicted to, or has a
+    /// Whether the global estimate was walked and given up for separate walks: it took longer than they are predicted to, or has a
     /// bias beside its error bars.
     #[serde(default, skip_serializing_if = "core::ops::Not::not")]
     pub whole_given_up: bool,
@@ -56,10 +58,24 @@ fn method<'de, D: Deserializer<'de>>(from: D) -> Result<&'static str, D::Error> 
     found.ok_or_else(|| serde::de::Error::custom(format_args!("no such method: {word:?}")))
 }
 
+/// How walks end, for people: "roulette", or "absorption 0.2, collision estimator".
+#[must_use]
+pub(crate) fn absorption_text(absorption: Absorption) -> String {
+    ending(absorption.probability(), absorption.estimator().word())
+}
+
+/// How walks end, from what a report has.
+pub(crate) fn ending(absorption: Option<f64>, estimator: &str) -> String {
+    match absorption {
+        None => "roulette".to_owned(),
+        Some(probability) => format!("absorption {probability}, {estimator} estimator"),
+    }
+}
+
 /// What is unusual about walks: a sequence that they draw from, states without absorption, a last step to the light, the way back.
 pub(crate) fn draws(
     sequence: Option<&str>,
-    survivals: u32,
+    forced_steps: u32,
     last_step: bool,
     adjoint: bool,
 ) -> String {
@@ -67,8 +83,8 @@ pub(crate) fn draws(
     if sequence.is_some() {
         text.push_str(", Sobol' points");
     }
-    if survivals > 0 {
-        text.push_str(&format!(", {survivals} survivals"));
+    if forced_steps > 0 {
+        text.push_str(&format!(", {forced_steps} forced steps"));
     }
     if last_step {
         text.push_str(", last step to the light");
@@ -91,26 +107,25 @@ impl ChoiceReport {
     pub fn text(&self, settings: &Settings, cells: &str) -> String {
         let walk = settings.walk_options();
         let walks = format!(
-            "absorption {}, {} estimator{}",
-            walk.absorption,
-            walk.estimator.word(),
-            draws(walk.sequence_word(), walk.survivals, false, false)
+            "{}{}",
+            absorption_text(walk.absorption),
+            draws(walk.sequence_word(), walk.forced_steps, false, false)
         );
         let together = match (
             self.predicted_separate_seconds,
             self.predicted_whole_seconds,
         ) {
             (Some(separate), _) => format!(
-                "one set of walks answers all targets (whole function): separate walks would take about {} s\n",
+                "one set of walks answers all targets (global estimate): separate walks would take about {} s\n",
                 short(separate)
             ),
             (None, Some(whole)) if self.whole_given_up => format!(
-                "separate walks for every target: one set of walks for all (whole function), predicted to take about {} s, took longer than \
+                "separate walks for every target: one set of walks for all (global estimate), predicted to take about {} s, took longer than \
                  these, or has a bias beside its error bars\n",
                 short(whole)
             ),
             (None, Some(whole)) => format!(
-                "separate walks for every target: one set of walks for all (whole function) would take about {} s\n",
+                "separate walks for every target: one set of walks for all (global estimate) would take about {} s\n",
                 short(whole)
             ),
             (None, None) => String::new(),
@@ -123,16 +138,12 @@ impl ChoiceReport {
             format!("plain walks, {last}{walks}: a neighbour equation does not pay at this error")
         } else {
             let plain = self.predicted_plain_seconds.map(short);
-            let source = match settings.exact_source {
-                Some(true) => "exact source, ",
-                _ => "",
-            };
             let pairs = match settings.lifted() {
                 Some(lift) => format!(" lifted to {lift}"),
                 None => format!(", {} pairs", walk.pairs.word()),
             };
             format!(
-                "cells {cells}, degree {}{pairs}, {source}{last}{walks}; plain walks alone: about {} s",
+                "cells {cells}, degree {}{pairs}, {last}{walks}; plain walks alone: about {} s",
                 settings.discretisation().degree,
                 plain.as_deref().unwrap_or("?")
             )

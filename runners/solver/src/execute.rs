@@ -6,7 +6,6 @@ use core::time::Duration;
 use fredholm_core::galerkin::Convergence;
 use fredholm_core::{Job, RunOptions, Statistics, Tolerance, rounding_floor};
 use fredholm_model::cost::PointwisePairs;
-use fredholm_model::pairs::PairCounts;
 use fredholm_model::{Prepared, in_scalar};
 use fredholm_rayon::{Observer, Outcome, Runner};
 use serde::{Deserialize, Deserializer, Serialize};
@@ -40,8 +39,6 @@ pub struct SetUp {
     pub pointwise: PointwisePairs,
     /// The spectral radius of T_h²p, or a bound of it, if it was looked at.
     pub neighbour_second_moment_radius: Option<f64>,
-    /// How many pairs are what, if they were chosen one by one.
-    pub pair_counts: Option<PairCounts>,
     /// Seconds of the set-up.
     pub seconds: f64,
 }
@@ -70,7 +67,6 @@ impl SetUp {
             residual: prepared.convergence.residual,
             pointwise: prepared.pointwise,
             neighbour_second_moment_radius: prepared.neighbour_second_moment_radius,
-            pair_counts: prepared.pair_counts,
             seconds,
         }
     }

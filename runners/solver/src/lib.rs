@@ -2,7 +2,7 @@
 
 /// The version of all bits of results. It grows with every change that CHANGELOG.md calls value-breaking: walks of different
 /// versions are not merged.
-pub const VALUE_VERSION: u32 = 19;
+pub const VALUE_VERSION: u32 = 1;
 
 pub mod answer;
 pub mod choice;
@@ -10,6 +10,9 @@ mod chosen;
 mod custom;
 pub mod diagnosis;
 pub mod execute;
+mod kinds;
+#[cfg(doctest)]
+mod manual;
 mod point;
 pub mod report;
 mod solver;
@@ -19,29 +22,29 @@ mod whole;
 
 /// What a model is made of.
 pub mod model {
-    pub use fredholm_model::pairs::PairCounts;
     pub use fredholm_model::{
-        About, Derived, Examined, Flux, Heat, LastSteps, Model, Partitioned, Prepared, Request,
-        System, Then, WholeField, WholeRequest, WholeSystem, WithWholeJob,
+        About, Derived, Examined, Flux, GlobalField, GlobalRequest, GlobalSystem, Heat, LastSteps,
+        Model, Partitioned, Prepared, Request, System, Then, WithGlobalJob,
     };
 }
 
-pub use fredholm_circle_model as circle;
-pub use fredholm_cube_model as cube;
 pub use fredholm_model::{channels, cost, heat, memory, numbers};
+
+pub use fredholm_cube_model as cube;
 pub use fredholm_room_model as room;
 pub use fredholm_scene_model as scene;
-pub use fredholm_sphere_model as sphere;
+
+pub use kinds::{circle, sphere};
 
 pub use answer::SolveObserver;
 pub use circle::CircleModel;
 pub use cube::CubeModel;
 pub use custom::{CustomEquation, CustomModel};
 pub use execute::Execute;
-pub use fredholm_core::{Estimator, Form, Tolerance};
+pub use fredholm_core::{Absorption, Estimator, Form, Tolerance};
 pub use fredholm_model::{
-    Ask, Choice, Choices, Discretisation, EquationError, Error, Goal, MeshCell, Model, Pairs,
-    Partitioned, Region, Scalar, Sequence, Settings, Subject, System, Target, WalkOptions,
+    Ask, Choice, Choices, Discretisation, EquationError, Error, Goal, MeshCell, Method, Model,
+    Pairs, Partitioned, Region, Scalar, Sequence, Settings, Subject, System, Target, WalkOptions,
     WeightFn, goals,
 };
 pub use fredholm_rayon::Observer;
@@ -51,4 +54,4 @@ pub use room::RoomModel;
 pub use scene::SceneModel;
 pub use solver::{SolveError, Solver, asked_way_back};
 pub use sphere::SphereModel;
-pub use whole::{WholeCoefficients, WholeFunction, WholeSummary, WholeValue};
+pub use whole::{GlobalCoefficients, GlobalEstimate, GlobalSummary, GlobalValue};

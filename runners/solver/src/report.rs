@@ -4,11 +4,13 @@ mod columns;
 mod csv;
 mod energy;
 mod mesh;
+mod resolvent;
 mod text;
 mod whole;
 
 pub use columns::{Column, Columns};
-pub use whole::{WholeGoalReport, WholeReport};
+pub use resolvent::ResolventReport;
+pub use whole::{GlobalGoalReport, GlobalReport};
 
 use fredholm_core::{DEFAULT_GENERATOR, Estimate, Statistics, StopReason};
 use fredholm_rayon::Tail;
@@ -17,9 +19,8 @@ use serde::Serialize;
 use crate::answer::Answer;
 use crate::choice::ChoiceReport;
 use crate::execute::CellCount;
-use crate::{Choices, Goal, Model, Pairs, Region, Settings};
+use crate::{Choices, Goal, Method, Model, Pairs, Region, Settings};
 use fredholm_model::numbers::with_decimals;
-use fredholm_model::pairs::PairCounts;
 
 /// The relative standard error of an error bar from which on a report says so: Student's t of 1/(2·UNCERTAIN²) = 8 degrees
 /// of freedom keeps 91 of 100 intervals of 95 %.
@@ -40,6 +41,8 @@ const FEW_SCORES: u64 = 64;
 /// ```
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
+    /// The name of the method: "walks", "paper", "global" or "resolvent".
+    pub method: &'static str,
     /// The kind of the problem: "circle", "cube" or "room".
     pub problem: &'static str,
     /// The dimension d of a cube.
@@ -56,14 +59,8 @@ pub struct Report {
     pub lift: Option<usize>,
     /// The name of the choice of pairs; "no" for plain walks.
     pub pairs: &'static str,
-    /// The counts of pairs, if they were chosen one by one.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub pair_counts: Option<PairCounts>,
-    /// Whether the neighbour equation has the source F itself.
-    #[serde(skip_serializing_if = "core::ops::Not::not")]
-    pub exact_source: bool,
-    /// The absorption probability q0.
-    pub absorption: f64,
+    /// q0; null: walks end by roulette.
+    pub absorption: Option<f64>,
     /// The name of the estimator.
     pub estimator: &'static str,
     /// The name of the form of the control variate.
@@ -77,7 +74,7 @@ pub struct Report {
     pub sequence: Option<&'static str>,
     /// The number of first states in which walks are not absorbed.
     #[serde(skip_serializing_if = "is_zero")]
-    pub survivals: u32,
+    pub forced_steps: u32,
     /// Whether the last step of walks leads to the light, where that is asked for or chosen.
     #[serde(skip_serializing_if = "core::ops::Not::not")]
     pub last_step: bool,
@@ -96,9 +93,9 @@ pub struct Report {
     /// Why the tolerance was not reached, if it was neither the number of walks, nor a time limit, nor a cancellation.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
-    /// The number of Gauss–Seidel sweeps of the Galerkin system; 0 of a whole function, which does not tell it.
+    /// The number of Gauss–Seidel sweeps of the Galerkin system; 0 of a global estimate, which does not tell it.
     pub sweeps: u32,
-    /// The largest residual of the Galerkin system after the last sweep; NaN of a whole function.
+    /// The largest residual of the Galerkin system after the last sweep; NaN of a global estimate.
     pub residual: f64,
     /// The number of visited states over all goals, starts included; what several goals share counts once.
     pub states: u64,
@@ -127,12 +124,15 @@ pub struct Report {
     /// The energy balance of a room with temperatures.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     pub energy: Option<EnergyReport>,
-    /// The report of the whole function, if one set of walks answers all goals; of it the summary is serialised.
+    /// What resolvent walks knew and found, if these answer.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub resolvent: Option<ResolventReport>,
+    /// The report of the global estimate, if one set of walks answers all goals; of it the summary is serialised.
     #[serde(
         serialize_with = "whole::summary",
         skip_serializing_if = "Option::is_none"
     )]
-    pub whole: Option<Box<WholeReport>>,
+    pub whole: Option<Box<GlobalReport>>,
 }
 
 /// Whether a number is 0: of serialisers, which pass a reference.
@@ -172,10 +172,6 @@ pub struct GoalReport {
     pub replicates: Option<u32>,
     /// The error that rounding leaves, which more walks do not lower.
     pub rounding_floor: f64,
-    /// The standard error of (v, Φ), if that is an estimate of its own: it is part of the preconditioned estimate's error,
-    /// and more walks do not lower it.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub control_error: Option<f64>,
     /// The share that one of 16 or more batches has in the variance, if it is so large that the error bar may mean nothing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub doubtful_share: Option<f64>,
@@ -198,10 +194,10 @@ pub struct GoalReport {
     pub plain: EstimateReport,
     /// The estimate by preconditioned walks.
     pub preconditioned: EstimateReport,
-    /// Half of the width of the band that holds at all points of the space together, of a point of a whole function.
+    /// Half of the width of the band that holds at all points of the space together, of a point of a global estimate.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub band: Option<f64>,
-    /// The deterministic part F + T_K v of a whole function.
+    /// The deterministic part F + T_K v of a global estimate.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub iterate: Option<f64>,
     /// The estimate by preconditioned walks minus the exact value, if that is known.
@@ -228,14 +224,12 @@ pub struct GoalReport {
     pub radiant_temperature: Option<EstimateReport>,
 }
 
-/// A point: an angle, coordinates, or a place on a surface.
+/// A point: coordinates, or a place on a surface.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 #[non_exhaustive]
 pub enum Coordinates {
-    /// An angle of a circle.
-    One(f64),
-    /// The coordinates of a point of a cube, or of one between the walls of a room.
+    /// The coordinates of a point: the angle on a circle, those of a point of a cube, or of one between the walls of a room.
     Many(Vec<f64>),
     /// A place on a surface of a room.
     On {
@@ -391,6 +385,10 @@ impl Report {
         };
         let others = || answer.others.iter().take(own);
         Self {
+            method: match settings.method {
+                Some(Method::Paper) => Method::Paper.word(),
+                _ => Method::Walks.word(),
+            },
             problem: about.kind,
             dimension: about.dimension,
             cells: if plain { 0 } else { cells.cells },
@@ -402,15 +400,13 @@ impl Report {
                 Some(_) => Pairs::Pointwise.word(),
                 None => walk.pairs.word(),
             },
-            pair_counts: answer.pair_counts,
-            exact_source: !plain && settings.exact_source == Some(true),
-            absorption: walk.absorption,
-            estimator: walk.estimator.word(),
+            absorption: walk.absorption.probability(),
+            estimator: walk.absorption.estimator().word(),
             form: walk.form.word(),
             scalar: settings.scalar.word(),
             generator: DEFAULT_GENERATOR,
             sequence: walk.sequence_word(),
-            survivals: walk.survivals,
+            forced_steps: walk.forced_steps,
             last_step: walk.last_step,
             adjoint: model.is_adjoint(),
             batch: walk.batch,
@@ -433,6 +429,7 @@ impl Report {
             choice_text: choice.map_or(String::new(), |choice| choice.text(settings, &cells.text)),
             energy: EnergyReport::new(answer.derived.fluxes, run.model.flux_unit()),
             goals: reports,
+            resolvent: None,
             whole: None,
         }
     }
@@ -469,8 +466,6 @@ impl GoalReport {
             .map(|own| own.max(rounding_floor))
             .filter(|&bar| bar > 0.0);
         let deviation = preconditioned.std_error.and(preconditioned.std_dev);
-        // All walks may score the same while (v, Φ) is an estimate.
-        let deviation = deviation.map(|deviation| deviation.max(statistics.control_error()));
         Self {
             name: goal.name.clone(),
             channel: goal
@@ -488,7 +483,6 @@ impl GoalReport {
             walks,
             replicates: Some(statistics.replicates()).filter(|&count| count > 0),
             rounding_floor,
-            control_error: Some(statistics.control_error()).filter(|&error| error > 0.0),
             doubtful_share: None,
             tail_index: None,
             excess_kurtosis: None,
@@ -526,7 +520,6 @@ impl GoalReport {
 impl Coordinates {
     fn new(model: &dyn Model, region: &Region) -> Option<Self> {
         match region {
-            Region::Angle(s) => Some(Self::One(*s)),
             Region::Point(x) => Some(Self::Many(x.clone())),
             Region::On(surface, t) => model.part(*surface).map(|surface| Self::On {
                 surface: surface.to_owned(),
@@ -540,7 +533,6 @@ impl Coordinates {
     fn text(&self) -> String {
         let few = |&x: &f64| with_decimals(x, 6);
         match self {
-            Self::One(s) => few(s),
             Self::Many(x) => x.iter().map(few).collect::<Vec<_>>().join(", "),
             Self::On { surface, t } => format!("{surface} {}", few(t)),
         }
@@ -550,7 +542,6 @@ impl Coordinates {
     #[must_use]
     pub fn first(&self) -> Option<f64> {
         match self {
-            Self::One(s) => Some(*s),
             Self::Many(x) => x.first().copied(),
             Self::On { t, .. } => Some(*t),
         }

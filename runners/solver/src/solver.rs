@@ -20,9 +20,12 @@ use crate::point::Point;
 use crate::report::{Report, Run};
 use crate::sweep::{PLAIN_WALKS, Rates, Row, Sweep};
 use crate::systems::{SystemStore, Systems};
-use crate::{Error, Goal, Model, Pairs, Partitioned, Region, Scalar, Settings, WeightFn};
+use crate::{
+    Error, Goal, Method, Model, Pairs, Partitioned, Region, Scalar, Settings, Subject, WeightFn,
+};
 use fredholm_model::Request;
 use fredholm_model::memory::refuse_beyond_memory;
+use fredholm_model::resolvent::ResolventQuestion;
 use fredholm_model::{Ask, Target, goals};
 
 pub use error::SolveError;
@@ -34,7 +37,7 @@ const LEAST_NODES: usize = 10;
 
 /// Solution of one equation for any number of functionals, all by the same set-up and walks of the same kind.
 ///
-/// What is not said has a default, or is chosen if an error is asked for: cells, degree, pairs, absorption and estimator.
+/// What is not said has a default, or is chosen if an error is asked for: cells, degree and pairs, and what else the kind of equation has.
 /// The same settings and seed give the same bits on every machine and for any number of threads.
 ///
 /// ```
@@ -89,7 +92,7 @@ impl<'m> Solver<'m> {
     pub fn new(model: &'m dyn Model) -> Self {
         Self {
             model,
-            settings: Settings::default().for_model(model),
+            settings: Settings::default(),
             asked: Vec::new(),
             watch: &(),
             execute: &OnThreads,
@@ -102,7 +105,7 @@ impl<'m> Solver<'m> {
     pub fn with(model: &'m dyn Model, settings: Settings, targets: Vec<Target>) -> Self {
         Self {
             model,
-            settings: settings.for_model(model),
+            settings,
             asked: targets.into_iter().map(Asked::Target).collect(),
             watch: &(),
             execute: &OnThreads,
@@ -178,6 +181,12 @@ impl<'m> Solver<'m> {
         self
     }
 
+    /// Sets the method; otherwise it is walks of the chain.
+    pub fn method(mut self, method: Method) -> Self {
+        self.settings.method = Some(method);
+        self
+    }
+
     /// Sets the number of cells; of a cube, per axis.
     pub fn cells(mut self, cells: usize) -> Self {
         self.settings.cells = Some(cells);
@@ -190,25 +199,19 @@ impl<'m> Solver<'m> {
         self
     }
 
-    /// Sets whether the neighbour equation of a cube has the source F itself, so that jumps of F cost nothing.
-    pub fn exact_source(mut self, exact_source: bool) -> Self {
-        self.settings.exact_source = Some(exact_source);
-        self
-    }
-
     /// Sets how the neighbour equation treats pairs of cells.
     pub fn pairs(mut self, pairs: Pairs) -> Self {
         self.settings.pairs = Some(pairs);
         self
     }
 
-    /// Sets q0, the probability that a walk is absorbed in a state.
+    /// Sets q0, the probability that a walk is absorbed in a state; otherwise walks end by roulette.
     pub fn absorption(mut self, absorption: f64) -> Self {
         self.settings.absorption = Some(absorption);
         self
     }
 
-    /// Sets what a walk scores.
+    /// Sets what a walk with constant absorption scores.
     pub fn estimator(mut self, estimator: Estimator) -> Self {
         self.settings.estimator = Some(estimator);
         self
@@ -226,7 +229,7 @@ impl<'m> Solver<'m> {
         self
     }
 
-    /// Sets whether all goals are answered from one set of walks, by the [whole function](Self::whole). If nothing is said, they are
+    /// Sets whether all goals are answered from one set of walks, by the [global estimate](Self::whole). If nothing is said, they are
     /// where an error is asked for and that is predicted to take less time.
     ///
     /// ```
@@ -238,7 +241,7 @@ impl<'m> Solver<'m> {
     /// # Ok::<(), fredholm::SolveError>(())
     /// ```
     pub fn together(mut self, together: bool) -> Self {
-        self.settings.whole = Some(together);
+        self.settings.global = Some(together);
         self
     }
 
@@ -317,7 +320,10 @@ impl<'m> Solver<'m> {
         if let Some(back) = asked_way_back(self.model, &self.settings, &goals)? {
             return self.of_model(&*back).solve();
         }
-        if self.settings.whole == Some(true) {
+        if self.settings.method == Some(Method::Resolvent) {
+            return self.solve_by_resolvent(&goals, &exact);
+        }
+        if self.settings.global == Some(true) {
             return self.reported(Report::of_whole(
                 &self.whole()?,
                 &goals,
@@ -325,14 +331,52 @@ impl<'m> Solver<'m> {
                 (None, &self.means),
             )?);
         }
-        let back = self.way_back(&goals);
+        self.solve_by_walks(&targets, &goals, &exact)
+    }
+
+    /// Solves by resolvent walks.
+    fn solve_by_resolvent(
+        &self,
+        goals: &[Goal],
+        exact: &[Option<f64>],
+    ) -> Result<Report, SolveError> {
+        if !self.execute.takes_whole() {
+            return Err(SolveError::Failed(Error::Option {
+                subject: Subject::Problem,
+                message: "resolvent walks are those of one process: leave parts of a run out, or use another `method`"
+                    .to_owned(),
+            }));
+        }
+        let question = ResolventQuestion {
+            goals,
+            settings: &self.settings,
+            watch: self.watch,
+        };
+        let answer = self.model.by_resolvent(&question)?;
+        self.reported(Report::of_resolvent(
+            self.model,
+            goals,
+            exact,
+            &self.settings,
+            &answer,
+        ))
+    }
+
+    /// Solves by walks of the chain.
+    fn solve_by_walks(
+        &self,
+        targets: &[Target],
+        goals: &[Goal],
+        exact: &[Option<f64>],
+    ) -> Result<Report, SolveError> {
+        let back = self.way_back(goals);
         let by = (self.watch, self.execute);
         let may_be_whole = self.execute.takes_whole();
         let (is_back, chosen) = match &back {
             Some(back) => choice::solve_by_faster(
                 [self.model, &**back],
-                &targets,
-                &goals,
+                targets,
+                goals,
                 &self.settings,
                 by,
                 may_be_whole,
@@ -340,7 +384,7 @@ impl<'m> Solver<'m> {
             None => {
                 let begun = (None, may_be_whole);
                 let found =
-                    choice::solve_either(self.model, &targets, &goals, &self.settings, by, begun)?;
+                    choice::solve_either(self.model, targets, goals, &self.settings, by, begun)?;
                 (false, found)
             }
         };
@@ -353,7 +397,7 @@ impl<'m> Solver<'m> {
             Some((chosen, Found::Whole(function))) => {
                 return self.reported(Report::of_whole(
                     &function,
-                    &goals,
+                    goals,
                     &self.settings,
                     (Some(&chosen), &self.means),
                 )?);
@@ -362,15 +406,15 @@ impl<'m> Solver<'m> {
                 return Err(Error::Internal("another way that nobody asked for").into());
             }
             None => self
-                .walk(&goals)
+                .walk(goals)
                 .map(|(answer, cells)| (None, answer, cells))?,
         };
         let chosen = chosen.as_ref();
         let report = Report::new(
             &Run {
                 model,
-                goals: &goals,
-                exact: &exact,
+                goals,
+                exact,
                 cells: &cells,
                 settings: chosen.map_or(&self.settings, |chosen| &chosen.settings),
                 choice: chosen.map(|chosen| &chosen.report),

@@ -113,7 +113,7 @@ impl<'a> Sweep<'a> {
         let cut = self.cut(cells)?;
         let cutting = start.elapsed().as_secs_f64();
         let exact = self.model.exact(&goals[0].region)?;
-        let solved = Solved::new(&*cut, walk.absorption)?.lifted(self.lift)?;
+        let solved = Solved::new(&*cut)?.lifted(self.lift)?;
         let answer = solved.walk(&maker, &request, watch)?;
         if answer.outcome.stop == StopReason::Cancelled {
             return Ok(None);

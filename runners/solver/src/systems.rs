@@ -96,8 +96,7 @@ impl<'m> Systems<'m> {
         cells: &(dyn Partitioned<'m> + 'm),
         settings: &Settings,
     ) -> Result<Box<dyn System + 'm>, Error> {
-        let absorption = settings.walk_options().absorption;
-        let system = self.solve(cells, settings.discretisation(), absorption)?;
+        let system = self.solve(cells, settings.discretisation())?;
         match settings.lifted() {
             Some(degree) => system.lift(degree),
             None => Ok(system),
@@ -109,21 +108,19 @@ impl<'m> Systems<'m> {
         self,
         cells: &(dyn Partitioned<'m> + 'm),
         cut: Discretisation,
-        absorption: f64,
     ) -> Result<Box<dyn System + 'm>, Error> {
         let Some(store) = self.0 else {
-            return cells.solve(absorption);
+            return cells.solve();
         };
         let of = SystemOf {
             cut,
             cells: cells.cells(),
             unknowns: cells.unknowns(),
-            absorption,
         };
         if let Some(saved) = store.find(&of)? {
             return cells.restore(saved);
         }
-        let system = cells.solve(absorption)?;
+        let system = cells.solve()?;
         match store.keep(&of, &*system)? {
             None => Ok(system),
             Some(saved) => {

@@ -1,4 +1,4 @@
-//! The whole function u from one set of walks.
+//! The global estimate of u from one set of walks.
 
 mod coefficients;
 mod looks;
@@ -8,23 +8,23 @@ mod walks;
 
 use core::fmt::{self, Debug};
 
-use fredholm_core::whole::over_replicates;
-use fredholm_model::{IMAGE_HEAD, MeshCell, WholeField, WholeQuantity};
+use fredholm_core::global::over_replicates;
+use fredholm_model::{GlobalField, GlobalQuantity, IMAGE_HEAD, MeshCell};
 use serde::Serialize;
 
 use crate::point::Point;
 use crate::{Error, Goal, Model, Region};
-pub use coefficients::WholeCoefficients;
+pub use coefficients::GlobalCoefficients;
 pub(crate) use looks::Looks;
-pub use summary::WholeSummary;
-pub(crate) use walks::{GIVEN_UP, Ready, Until, Whole};
+pub use summary::GlobalSummary;
+pub(crate) use walks::{GIVEN_UP, Ready, Until, Whole, best_absorption};
 
 /// Replicates: an error bar of 64 is itself uncertain by 9 %, and Student's t of 63 degrees of freedom is 2 % wider than the
 /// normal distribution. More make every value dearer.
 const REPLICATES: usize = 64;
 
 /// The probability with which a band holds at all points together.
-const BAND_LEVEL: f64 = WholeFunction::BAND_LEVEL;
+const BAND_LEVEL: f64 = GlobalEstimate::BAND_LEVEL;
 
 /// Points, about, at which error bars are looked at for the band and for a tolerance.
 const PROBES: f64 = 256.0;
@@ -35,7 +35,7 @@ const QUADRATURE_SHARE: f64 = 0.01;
 /// that size takes 0.1 % from a coverage of 95 %.
 const ROUGH: f64 = 0.1;
 
-/// A value of a [`WholeFunction`]: of u at a point, or of a functional.
+/// A value of a [`GlobalEstimate`]: of u at a point, or of a functional.
 ///
 /// ```
 /// use fredholm::{CubeModel, Solver};
@@ -46,7 +46,7 @@ const ROUGH: f64 = 0.1;
 /// # Ok::<(), fredholm::SolveError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct WholeValue {
+pub struct GlobalValue {
     /// The estimate ũ = F + T_K v + T_K ê, unbiased but for what the summary tells.
     pub estimate: f64,
     /// The standard error over replicates, in the unit of u. `None`: no walk has scored.
@@ -61,7 +61,7 @@ pub struct WholeValue {
     pub quadrature_error: f64,
 }
 
-impl WholeValue {
+impl GlobalValue {
     /// The ends of the band. `None`: the value is of a functional, or no walk has scored.
     #[must_use]
     pub fn interval(&self) -> Option<[f64; 2]> {
@@ -70,10 +70,10 @@ impl WholeValue {
     }
 }
 
-/// The whole function u with an error band, from one set of walks: [`Solver::whole`](crate::Solver::whole) makes one.
+/// The global estimate of u with an error band, from one set of walks: [`Solver::whole`](crate::Solver::whole) makes one.
 ///
-/// ũ = F + T_K v + T_K ê, where v is the Galerkin solution and ê what the walks estimate of e = u − v: `core::whole` has
-/// the mathematics, and the manual's page `whole.md` says when it is right.
+/// ũ = F + T_K v + T_K ê, where v is the Galerkin solution and ê what the walks estimate of e = u − v: `core::global` has
+/// the mathematics, and the manual's page `global.md` says when it is right.
 ///
 /// ```
 /// use fredholm::circle::{Emission, Harmonic};
@@ -90,27 +90,27 @@ impl WholeValue {
 /// }
 /// # Ok::<(), fredholm::SolveError>(())
 /// ```
-pub struct WholeFunction<'m> {
+pub struct GlobalEstimate<'m> {
     model: &'m dyn Model,
-    field: Box<dyn WholeField + 'm>,
-    summary: WholeSummary,
+    field: Box<dyn GlobalField + 'm>,
+    summary: GlobalSummary,
 }
 
-impl Debug for WholeFunction<'_> {
+impl Debug for GlobalEstimate<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("WholeFunction")
+        f.debug_struct("GlobalEstimate")
             .field("summary", &self.summary)
             .finish_non_exhaustive()
     }
 }
 
-impl WholeFunction<'_> {
+impl GlobalEstimate<'_> {
     /// The probability with which a band holds at all points together.
     pub const BAND_LEVEL: f64 = 0.95;
 
     /// The function's summary.
     #[must_use]
-    pub const fn summary(&self) -> &WholeSummary {
+    pub const fn summary(&self) -> &GlobalSummary {
         &self.summary
     }
 
@@ -122,7 +122,7 @@ impl WholeFunction<'_> {
     ///
     /// # Errors
     /// [`Error::Region`]: the space has no such point.
-    pub fn at(&self, point: impl Into<Point>) -> Result<WholeValue, Error> {
+    pub fn at(&self, point: impl Into<Point>) -> Result<GlobalValue, Error> {
         self.functional(&self.model.point(&point.into().0))
     }
 
@@ -131,7 +131,7 @@ impl WholeFunction<'_> {
     ///
     /// # Errors
     /// [`Error::Region`]: the space has no such region.
-    pub fn functional(&self, region: &Region) -> Result<WholeValue, Error> {
+    pub fn functional(&self, region: &Region) -> Result<GlobalValue, Error> {
         let values = self.values(core::slice::from_ref(region))?;
         values
             .first()
@@ -143,16 +143,16 @@ impl WholeFunction<'_> {
     ///
     /// # Errors
     /// [`Error::Region`]: the space has no such region.
-    pub fn values(&self, regions: &[Region]) -> Result<Vec<WholeValue>, Error> {
-        self.quantities(WholeQuantity::U, regions)
+    pub fn values(&self, regions: &[Region]) -> Result<Vec<GlobalValue>, Error> {
+        self.quantities(GlobalQuantity::U, regions)
     }
 
     /// The irradiance of a point of a wall, or of walls in the mean, in rooms.
     ///
     /// # Errors
     /// [`Error::Region`]: the space has no such region, or no light falls on it.
-    pub fn irradiance(&self, region: &Region) -> Result<WholeValue, Error> {
-        self.heat(WholeQuantity::Irradiance, region)
+    pub fn irradiance(&self, region: &Region) -> Result<GlobalValue, Error> {
+        self.heat(GlobalQuantity::Irradiance, region)
     }
 
     /// The net flux out of a wall at a point, in the unit of u, or out of walls, in that times a length, in rooms: what they
@@ -177,11 +177,11 @@ impl WholeFunction<'_> {
     ///
     /// # Errors
     /// As [`irradiance`](Self::irradiance).
-    pub fn net_flux(&self, region: &Region) -> Result<WholeValue, Error> {
-        self.heat(WholeQuantity::NetFlux, region)
+    pub fn net_flux(&self, region: &Region) -> Result<GlobalValue, Error> {
+        self.heat(GlobalQuantity::NetFlux, region)
     }
 
-    fn heat(&self, quantity: WholeQuantity, region: &Region) -> Result<WholeValue, Error> {
+    fn heat(&self, quantity: GlobalQuantity, region: &Region) -> Result<GlobalValue, Error> {
         if !self.model.has_irradiance(region) {
             return Err(Error::Region {
                 message: "irradiances and net fluxes are those of walls of a room".to_owned(),
@@ -195,9 +195,9 @@ impl WholeFunction<'_> {
     /// A quantity of several regions, on all threads.
     pub(crate) fn quantities(
         &self,
-        quantity: WholeQuantity,
+        quantity: GlobalQuantity,
         regions: &[Region],
-    ) -> Result<Vec<WholeValue>, Error> {
+    ) -> Result<Vec<GlobalValue>, Error> {
         let goal = |region: &Region| Goal::new("u", region.clone());
         let goals: Vec<Goal> = regions.iter().map(goal).collect();
         self.model.check_goals(&goals)?;
@@ -208,7 +208,7 @@ impl WholeFunction<'_> {
         let width = IMAGE_HEAD + self.field.rows();
         let all = images.chunks_exact(width).zip(regions);
         let values = all.map(|(image, region)| {
-            let has_band = quantity == WholeQuantity::U && self.model.is_in_space(region);
+            let has_band = quantity == GlobalQuantity::U && self.model.is_in_space(region);
             let value = self.value(image, has_band);
             if !has_band && self.is_rough(&value) {
                 return self.refined(quantity, region, value);
@@ -220,7 +220,7 @@ impl WholeFunction<'_> {
 
     /// Whether the rule of T_K, which is as fine as error bars of points ask for, may be too rough for this functional: T_K
     /// lets little or nothing through to those of far smaller error bars, and what a rule is off does not cancel there.
-    fn is_rough(&self, value: &WholeValue) -> bool {
+    fn is_rough(&self, value: &GlobalValue) -> bool {
         let summary = &self.summary;
         let off = summary.quadrature_error.unwrap_or(0.0);
         let largest = summary.largest_std_error.unwrap_or(0.0);
@@ -231,10 +231,10 @@ impl WholeFunction<'_> {
     /// A functional by finer rules of T_K until it moves by a small part of its error bar or by rounding, or none is taken.
     fn refined(
         &self,
-        quantity: WholeQuantity,
+        quantity: GlobalQuantity,
         region: &Region,
-        mut value: WholeValue,
-    ) -> Result<WholeValue, Error> {
+        mut value: GlobalValue,
+    ) -> Result<GlobalValue, Error> {
         for more in (2..).step_by(2) {
             let Some(image) = self.field.finer(quantity, region, more)? else {
                 break;
@@ -277,7 +277,7 @@ impl WholeFunction<'_> {
     /// # Ok::<(), fredholm::SolveError>(())
     /// ```
     #[must_use]
-    pub fn mesh_values(&self) -> Vec<WholeValue> {
+    pub fn mesh_values(&self) -> Vec<GlobalValue> {
         let images = self.field.mesh_images();
         let all = images.chunks_exact(IMAGE_HEAD + self.field.rows());
         all.map(|image| self.value(image, true)).collect()
@@ -287,19 +287,19 @@ impl WholeFunction<'_> {
     ///
     /// # Errors
     /// [`Error`].
-    pub fn grid(&self, points: usize) -> Result<Vec<(Region, WholeValue)>, Error> {
+    pub fn grid(&self, points: usize) -> Result<Vec<(Region, GlobalValue)>, Error> {
         let regions = self.model.grid(points, None);
         let values = self.values(&regions)?;
         Ok(regions.into_iter().zip(values).collect())
     }
 
-    fn value(&self, image: &[f64], has_band: bool) -> WholeValue {
+    fn value(&self, image: &[f64], has_band: bool) -> GlobalValue {
         let ([iterate, quadrature_error], replicates) = split(image, self.summary.replicates);
         let correction = over_replicates(replicates);
         let has_scored = self.summary.largest_std_error.is_some();
         let std_error = has_scored.then_some(correction.std_error);
         let factor = self.summary.band_factor.filter(|_| has_band);
-        WholeValue {
+        GlobalValue {
             estimate: iterate + correction.mean,
             std_error,
             band: factor.zip(std_error).map(|(factor, error)| factor * error),

@@ -93,7 +93,9 @@ fn scene(number: u64, numbers: &mut Numbers) -> (SceneModel, [f64; 3]) {
     };
     let model = SceneModel::new(surfaces.collect(), enclosure, Scalar::F64).unwrap();
     let model = if kind == 3 {
-        model.with_sky(SkyLight::uniform(1.0).unwrap()).unwrap()
+        let sky = SkyLight::uniform(1.0).unwrap();
+        let scene = model.scene().clone().with_sky(sky).unwrap();
+        SceneModel::of_scene(model.names().to_vec(), scene)
     } else {
         model
     };

@@ -1,12 +1,12 @@
-//! The whole function: what it says against known solutions, and its bands against what they promise. `FREDHOLM_LONG`
+//! The global estimate: what it says against known solutions, and its bands against what they promise. `FREDHOLM_LONG`
 //! takes 1,000 seeds of every problem, and 10⁸ states for unbiasedness.
 
 use core::f64::consts::{PI, TAU};
 
 use fredholm::circle::{Emission, Harmonic};
 use fredholm::{
-    CircleModel, CubeModel, Estimator, Model, Observer, Pairs, Region, Scalar, SolveError,
-    SolveObserver, Solver, Tolerance, WeightFn, WholeFunction,
+    CircleModel, CubeModel, Estimator, GlobalEstimate, Model, Observer, Region, Scalar, SolveError,
+    SolveObserver, Solver, Tolerance, WeightFn,
 };
 
 const LIGHT: Harmonic = Harmonic {
@@ -100,7 +100,7 @@ fn bands_cover() {
         for seed in 1..=seeds {
             let whole = case.solver(seed).walks(4096).whole().unwrap();
             let values = whole.grid(case.grid).unwrap();
-            let miss = |(region, value): &(Region, fredholm::WholeValue)| {
+            let miss = |(region, value): &(Region, fredholm::GlobalValue)| {
                 let exact = case.model.exact(region).unwrap().unwrap();
                 let off = (value.estimate - exact).abs();
                 [
@@ -138,7 +138,7 @@ fn bands_cover() {
     }
     covers("all", [all[0], all[1]], count);
     if long() {
-        let least = fewest(count, WholeFunction::BAND_LEVEL, 1e-4);
+        let least = fewest(count, GlobalEstimate::BAND_LEVEL, 1e-4);
         assert!(
             all[2] < least && all[3] < least,
             "9 % are not found: {all:?}"
@@ -147,8 +147,8 @@ fn bands_cover() {
 }
 
 fn covers(name: &str, [pointwise, everywhere]: [u32; 2], n: u32) {
-    let least = fewest(n, WholeFunction::BAND_LEVEL, 1e-4);
-    let most = n - fewest(n, 1.0 - WholeFunction::BAND_LEVEL, 1e-4);
+    let least = fewest(n, GlobalEstimate::BAND_LEVEL, 1e-4);
+    let most = n - fewest(n, 1.0 - GlobalEstimate::BAND_LEVEL, 1e-4);
     assert!(
         (least..=most).contains(&pointwise),
         "{name}: {pointwise} of {n}"
@@ -323,7 +323,7 @@ fn singular_kernels_have_a_whole_function() {
 }
 
 /// As bits, of the values of a grid and of a mean.
-fn bits(whole: &WholeFunction<'_>, model: &dyn Model) -> Vec<[u64; 3]> {
+fn bits(whole: &GlobalEstimate<'_>, model: &dyn Model) -> Vec<[u64; 3]> {
     let mut values: Vec<_> = whole
         .grid(9)
         .unwrap()
@@ -331,7 +331,7 @@ fn bits(whole: &WholeFunction<'_>, model: &dyn Model) -> Vec<[u64; 3]> {
         .map(|(_, value)| value)
         .collect();
     values.push(whole.functional(&model.whole()).unwrap());
-    let of = |value: &fredholm::WholeValue| {
+    let of = |value: &fredholm::GlobalValue| {
         let band = value.band.unwrap_or(0.0);
         [value.estimate, value.std_error.unwrap(), band].map(f64::to_bits)
     };
@@ -354,7 +354,7 @@ fn threads_change_no_bit() {
     }
 }
 
-/// Errors are those of the whole function where it is asked for: fewer walks than at most, and no error bar above it.
+/// Errors are those of the global estimate where it is asked for: fewer walks than at most, and no error bar above it.
 #[test]
 fn a_tolerance_holds_at_every_point() {
     let model = circle();
@@ -402,7 +402,7 @@ fn a_tolerance_holds_at_every_point() {
 #[test]
 fn what_walks_need_not_score_lowers_error_bars() {
     let model = circle();
-    let solver = Solver::new(&model).cells(400);
+    let solver = Solver::new(&model).cells(400).absorption(0.2);
     for estimator in [Estimator::Absorption, Estimator::Collision] {
         let scaled = |walks: u64| {
             let whole = solver.clone().estimator(estimator).walks(walks).whole();
@@ -425,7 +425,7 @@ fn the_projection_is_told_where_it_matters() {
     assert!(summary.truncation > summary.largest_std_error.unwrap());
     assert!(summary.remarks()[0].contains("projection"));
     // There is a bias indeed, which the summary's number is above.
-    let off = |whole: &WholeFunction<'_>| {
+    let off = |whole: &GlobalEstimate<'_>| {
         let values = whole.grid(50).unwrap().into_iter();
         let off = values.map(|(region, value)| {
             let exact = model.exact(&region).unwrap().unwrap();
@@ -449,8 +449,9 @@ fn values_without_a_projection_have_no_floor() {
         (&circle as &dyn Model, 4, [0.3, 1.1, 2.5, 3.3, 4.4, 6.0]),
         (&interval, 2, [0.0, 0.1, 0.35, 0.5, 0.8, 1.0]),
     ] {
-        let solver = Solver::new(model).cells(cells).walks(1 << 20);
-        let off = |x: f64, value: &fredholm::WholeValue| {
+        let solver = Solver::new(model).cells(cells).absorption(0.2);
+        let solver = solver.walks(1 << 20);
+        let off = |x: f64, value: &fredholm::GlobalValue| {
             let exact = model.exact(&model.point(&[x])).unwrap().unwrap();
             ((value.estimate - exact) / value.std_error.unwrap()).abs()
         };
@@ -484,8 +485,7 @@ fn what_cannot_be_is_refused() {
     };
     let solver = || Solver::new(&model).cells(20);
     refused(solver().score_degree(0), "of a higher degree than v");
-    refused(solver().score_degree(7), "at most 6");
-    refused(solver().pairs(Pairs::Theory), "chooses pairs for targets");
+    refused(solver().score_degree(8), "at most 7");
     refused(solver().absorption(2.0), "between 0 and 1");
     let singular = CubeModel::from_fn::<1>(|x, y| 0.2 / (x[0] - y[0]).abs(), |_| 1.0);
     refused(Solver::new(&singular), "has an integral");
@@ -497,7 +497,7 @@ fn what_cannot_be_is_refused() {
     assert!(whole.functional(&Region::Part(0)).is_err());
 }
 
-/// A whole function of walks that somebody ended is that of the walks so far.
+/// A global estimate of walks that somebody ended is that of the walks so far.
 #[test]
 fn cancelled_walks_are_reported() {
     struct Once;

@@ -1,4 +1,4 @@
-//! Means of a whole function over the cells of grids.
+//! Means of a global estimate over the cells of grids.
 
 use core::f64::consts::{PI, TAU};
 
@@ -21,7 +21,7 @@ fn means_over_cells_are_those_of_the_solution() {
     let ends = [0.5, 1.7, 6.0, 0.5];
     let cells = ends.windows(2).map(|ends| ends.iter().copied());
     let cells: Vec<Vec<Region>> = cells
-        .map(|ends| ends.map(Region::Angle).collect())
+        .map(|ends| ends.map(|s| Region::Point(vec![s])).collect())
         .collect();
     let means = whole.means_between(&cells).unwrap();
     let u = |s: f64| 5.0 * s - (5.0 * s).cos() / 5.0;

@@ -1,9 +1,9 @@
-//! The whole function of scenes: means over cells against separate walks and balances, and bands against what they promise.
+//! The global estimate of scenes: means over cells against separate walks and balances, and bands against what they promise.
 //! `FREDHOLM_LONG` takes 1,000 seeds, and a hundred times as many walks.
 
 use fredholm::scene::{Enclosure, Material, NamedSurface, SkyLight, shapes};
 use fredholm::{
-    Estimator, Form, Region, Scalar, SceneModel, SolveError, Solver, WholeFunction, WholeValue,
+    Estimator, Form, GlobalEstimate, GlobalValue, Region, Scalar, SceneModel, SolveError, Solver,
 };
 
 fn long() -> bool {
@@ -51,8 +51,11 @@ fn regions(model: &SceneModel) -> Vec<Region> {
 /// where starts alone are scored, and under a sky. Of 66 differences none is above 4.9 but with probability 10⁻⁴.
 #[test]
 fn means_are_those_of_separate_walks() {
+    let open = room(true);
     let sky = SkyLight::uniform(1.5).unwrap();
-    let models = [room(false), room(true), room(true).with_sky(sky).unwrap()];
+    let lit = open.scene().clone().with_sky(sky).unwrap();
+    let lit = SceneModel::of_scene(open.names().to_vec(), lit);
+    let models = [room(false), open, lit];
     let times = if long() { 100 } else { 1 };
     for (number, model) in models.iter().enumerate() {
         let regions = regions(model);
@@ -89,7 +92,7 @@ fn means_are_those_of_separate_walks() {
 }
 
 /// The mean of u over the cells of some parts.
-fn mean_of(whole: &WholeFunction<'_>, is_in: &dyn Fn(usize) -> bool) -> f64 {
+fn mean_of(whole: &GlobalEstimate<'_>, is_in: &dyn Fn(usize) -> bool) -> f64 {
     let (mut sum, mut all) = (0.0, 0.0);
     for (cell, value) in whole.mesh().iter().zip(whole.mesh_values()) {
         if is_in(cell.part) {
@@ -138,11 +141,11 @@ fn fewest(n: f64, p: f64) -> f64 {
 fn bands_cover() {
     let seeds = if long() { 1000 } else { 40 };
     let model = room(false);
-    let run = |seed: u64| -> Vec<WholeValue> {
+    let run = |seed: u64| -> Vec<GlobalValue> {
         let solver = Solver::new(&model).cells(12).degree(0).seed(seed);
         solver.walks(2048).whole().unwrap().mesh_values()
     };
-    let runs: Vec<Vec<WholeValue>> = (1..=seeds).map(run).collect();
+    let runs: Vec<Vec<GlobalValue>> = (1..=seeds).map(run).collect();
     let others = seeds as f64 - 1.0;
     let (mut everywhere, mut alone, mut cells) = (0.0, 0.0, 0.0);
     let sums: Vec<f64> = (0..runs[0].len())
@@ -166,7 +169,7 @@ fn bands_cover() {
         everywhere += f64::from(u8::from(all));
     }
     println!("{everywhere} everywhere of {seeds}, {alone} alone of {cells}");
-    assert!(everywhere >= fewest(seeds as f64, WholeFunction::BAND_LEVEL));
+    assert!(everywhere >= fewest(seeds as f64, GlobalEstimate::BAND_LEVEL));
     // Cells of one run have errors in common: no better than one of four is on its own.
     assert!(alone >= cells * fewest(cells / 4.0, 0.95) / (cells / 4.0));
 }

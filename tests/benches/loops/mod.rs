@@ -6,11 +6,11 @@
 
 use core::f64::consts::{PI, TAU};
 
-use fredholm_circle::{Circle, Harmonic, SideBySide, Tables};
+use fredholm_circle::{Circle, Harmonic, OwnedTables};
 use fredholm_core::galerkin::{DiagonalRule, GalerkinMatrix, PairKind, Piecewise};
 use fredholm_core::{
-    At, Batch, DefaultGenerator, Estimator, Form, Goal, Goals, Job, Length, Real, RngUniforms,
-    Statistics, Task, Uniforms, WalkOptions, WalkSeeds,
+    Absorption, At, Batch, DefaultGenerator, Estimator, Form, Goal, Goals, Job, Real, RngUniforms,
+    Statistics, Uniforms, WalkOptions, WalkSeeds,
 };
 
 pub const RHO: [f64; 10] = [0.11, 0.52, 0.7, 0.03, 0.33, 0.61, 0.74, 0.25, 0.4, 0.18];
@@ -27,7 +27,7 @@ const PAPER: DiagonalRule = DiagonalRule {
 
 /// Everything that is set up before the walks.
 pub struct Setup {
-    tables: Tables<f64>,
+    tables: OwnedTables<f64>,
     pub v: Vec<f64>,
     pub g: Vec<f64>,
     n: usize,
@@ -35,12 +35,13 @@ pub struct Setup {
 
 impl Setup {
     pub fn new(n: usize) -> Self {
-        let tables = Tables::new(&RHO, n).unwrap();
-        let circle = Circle::new(tables.cells(), LIGHT, Q0).unwrap();
-        let solution = circle.solve(1e-14, 1000).unwrap();
+        let tables = OwnedTables::new(&RHO, n).unwrap();
+        let circle = Circle::new(&tables, LIGHT).unwrap();
+        let system = circle.system::<1>();
+        let solution = system.solve(1e-14, 1000).unwrap();
         let (v, g) = (
             solution.rounded().unwrap(),
-            solution.source(&circle, &PAPER).unwrap(),
+            solution.source(&system, &PAPER).unwrap(),
         );
         Self { tables, v, g, n }
     }
@@ -49,47 +50,35 @@ impl Setup {
     // By itself, as in a program: what is around it does not change its code.
     #[inline(never)]
     pub fn engine(&self, walks: u64) -> Statistics {
-        let circle = Circle::new(self.tables.cells(), LIGHT, Q0).unwrap();
-        let neighbour = Piecewise::new(&circle, &circle, PAPER, &self.v, &self.g).unwrap();
-        let start = At(circle.point(START));
-        let task = Task {
-            equation: &circle,
-            neighbour: &neighbour,
-            functional: &start,
-            control_mean: Some(self.v[self.cell(START)]),
-            estimator: Estimator::Absorption,
-            form: Form::Product,
-            seeds: WalkSeeds::<DefaultGenerator>::new(1, 0),
-            length: Length::default(),
-        };
-        let mut batch = Batch::new(0, walks, walks);
-        batch.run(&task, u64::MAX).unwrap();
-        *batch.statistics()
-    }
-
-    /// The same walks side by side.
-    #[inline(never)]
-    pub fn lanes(&self, walks: u64) -> Statistics {
-        let circle = Circle::new(self.tables.cells(), LIGHT, Q0).unwrap();
+        let circle = Circle::new(&self.tables, LIGHT).unwrap();
+        let system = circle.system::<1>();
         let neighbour =
-            Piecewise::with_pointwise(&circle, &circle, PAPER, &self.v, &self.g).unwrap();
-        let goals = [Goal {
-            functional: At(circle.point(START)),
-            control_mean: Some(self.v[self.cell(START)]),
-        }];
-        let goals = Goals::new(&circle, &neighbour, &goals, WalkOptions::default());
-        let mut batch = Batch::new(0, walks, walks);
-        SideBySide::new(goals).run(0, &mut batch, u64::MAX).unwrap();
-        *batch.statistics()
+            Piecewise::<_, _, _, _, _, 1>::new(&circle, &system, PAPER, &self.v, &self.g);
+        let neighbour = neighbour.unwrap();
+        let start = At(circle.point(START));
+        let goals = [Goal::new(start, Some(self.v[self.cell(START)]))];
+        let options = WalkOptions {
+            absorption: Absorption::Constant {
+                probability: Q0,
+                estimator: Estimator::Absorption,
+            },
+            form: Form::Product,
+            ..WalkOptions::default()
+        };
+        let mut batches = [Batch::new(0, walks, walks)];
+        let job = Goals::new(&circle, &neighbour, &goals, options);
+        job.run(0, &mut batches, u64::MAX).unwrap();
+        *batches[0].statistics()
     }
 
     /// The dense table of K_ij, for the straightforward loop.
     pub fn dense(&self) -> Vec<f64> {
-        let circle = Circle::new(self.tables.cells(), LIGHT, Q0).unwrap();
+        let circle = Circle::new(&self.tables, LIGHT).unwrap();
+        let system = circle.system::<1>();
         let mut table = Vec::new();
         for i in 0..self.n {
             for j in 0..self.n {
-                table.push(circle.mean(i, j));
+                table.push(system.mean(i, j));
             }
         }
         table

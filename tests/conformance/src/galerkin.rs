@@ -2,21 +2,20 @@
 //! problem's own coefficients, so that a neighbour equation can be checked before there are any.
 
 use fredholm_core::galerkin::{
-    Basis, Dense, GalerkinError, Pairs, Partition, StoppingRule, collatz_wielandt_bounds,
-    gauss_seidel, neighbour_source,
+    Basis, Cells, Dense, GalerkinError, Pairs, StoppingRule, collatz_wielandt_bounds, gauss_seidel,
+    neighbour_source,
 };
-use fredholm_core::{Kernel, Located, Real, Source, StateSpace, TransitionDensity};
+use fredholm_core::{Density, Equation, Located, NoDraws, Real, Space, Value};
 
-use crate::description::Description;
+use crate::description::{Description, PointOf, cell_nodes};
 use crate::outcome::Sum;
 
 /// The points of cell `i` with weights that sum to 1.
 pub(crate) fn normalised<D: Description<B>, const B: usize>(
     description: &D,
     i: usize,
-) -> impl Iterator<Item = (Located<crate::description::PointOf<D, B>>, f64)> {
-    let middle = description.point(i, &vec![0.5; D::DIMENSION]);
-    let nodes = description.nodes(&middle, i);
+) -> impl Iterator<Item = (Located<PointOf<D, B>>, f64)> {
+    let nodes = cell_nodes(description, i);
     let measure: Sum = nodes.iter().map(|(_, weight)| *weight).collect();
     let measure = measure.value();
     nodes
@@ -24,9 +23,12 @@ pub(crate) fn normalised<D: Description<B>, const B: usize>(
         .map(move |(point, weight)| (Located { point, cell: i }, weight / measure))
 }
 
-/// K'_(ia)(jb), (39), row by row.
+/// K'_(ia)(jb) of a channel, (39), row by row.
 #[must_use]
-pub fn matrix<D: Description<B>, const B: usize>(description: &D) -> Vec<f64> {
+pub fn matrix<D, const B: usize>(description: &D, channel: usize) -> Vec<f64>
+where
+    D: Description<B, Equation: Density>,
+{
     let equation = description.equation();
     let unknowns = equation.cells() * B;
     let mut matrix = vec![Sum::default(); unknowns * unknowns];
@@ -38,7 +40,7 @@ pub fn matrix<D: Description<B>, const B: usize>(description: &D) -> Vec<f64> {
                 for (point, weight) in description.nodes(&x.point, j) {
                     let k = weight
                         * equation.density(&x.point, &point).to_f64()
-                        * equation.kernel(&x.point, &point).to_f64();
+                        * equation.kernel(&x.point, &point).get(channel).to_f64();
                     let psi = equation.basis(&Located { point, cell: j });
                     for (sum, psi) in inner.iter_mut().zip(psi) {
                         sum.add(k * psi.to_f64());
@@ -55,14 +57,18 @@ pub fn matrix<D: Description<B>, const B: usize>(description: &D) -> Vec<f64> {
     matrix.iter().map(Sum::value).collect()
 }
 
-/// F'_ia, (40).
+/// F'_ia of a channel, (40).
 #[must_use]
-pub fn right_hand_side<D: Description<B>, const B: usize>(description: &D) -> Vec<f64> {
+pub fn right_hand_side<D: Description<B>, const B: usize>(
+    description: &D,
+    channel: usize,
+) -> Vec<f64> {
     let equation = description.equation();
     let mut right = vec![Sum::default(); equation.cells() * B];
     for (i, right) in right.chunks_exact_mut(B).enumerate() {
         for (x, weight) in normalised(description, i) {
-            let source = weight * equation.source(&x.point).to_f64();
+            let source = equation.source(&x.point, &mut NoDraws);
+            let source = weight * source.get(channel).to_f64();
             for (sum, psi) in right.iter_mut().zip(equation.basis(&x)) {
                 sum.add(source * psi.to_f64());
             }
@@ -99,7 +105,8 @@ pub struct Tables<F> {
     pub matrix: Vec<F>,
     /// v.
     pub v: Vec<F>,
-    wide: [Vec<f64>; 2],
+    wide_matrix: Vec<f64>,
+    wide_v: Vec<f64>,
     functions: usize,
 }
 
@@ -114,11 +121,12 @@ impl<F: Real> Tables<F> {
         let matrix = round(matrix);
         let wide_matrix = widen(&matrix);
         let v = round(&solve::<B>(&wide_matrix, right)?);
-        let wide = [wide_matrix, widen(&v)];
+        let wide_v = widen(&v);
         Ok(Self {
             matrix,
             v,
-            wide,
+            wide_matrix,
+            wide_v,
             functions: B,
         })
     }
@@ -132,67 +140,77 @@ impl<F: Real> Tables<F> {
 
     /// G over S for these pairs.
     #[must_use]
-    pub fn source<S: Pairs, const B: usize>(&self, pairs: &S) -> Vec<F> {
-        let [matrix, v] = &self.wide;
-        let coefficients = Dense::new(matrix, v.len() / B, B).expect("a square matrix");
-        let mut g = vec![0.0; v.len()];
-        neighbour_source(&coefficients, pairs, v, &mut g).expect("equal lengths");
+    pub fn source<S: Pairs>(&self, pairs: &S) -> Vec<F> {
+        let cells = self.wide_v.len() / self.functions;
+        let coefficients = Dense::new(&self.wide_matrix, cells, self.functions);
+        let mut g = vec![0.0; self.wide_v.len()];
+        let coefficients = coefficients.expect("a square matrix");
+        neighbour_source(&coefficients, pairs, &self.wide_v, &mut g).expect("equal lengths");
         g.into_iter().map(F::from_f64).collect()
     }
 }
 
-/// The kit's neighbour equation of a described problem. Its coefficients are 5 % wrong, with
-/// alternating signs: the neighbour equation is exact for any, and so must the estimate be.
+/// The system of a channel with exact coefficients.
 #[derive(Clone, Debug)]
-pub struct System<F> {
+pub struct ExactSystem {
     /// K' by quadrature.
     pub matrix: Vec<f64>,
-    /// v for exact coefficients.
-    pub exact: Vec<f64>,
-    /// The largest Σ_j |K'_ij| of exact coefficients or, where that is not below 1, the spectral
-    /// radius of |K'|.
+    /// v.
+    pub v: Vec<f64>,
+    /// The largest Σ_j |K'_ij| or, where that is not below 1, the spectral radius of |K'|.
     pub radius_bound: f64,
-    /// The tables for wrong ones.
+}
+
+/// The kit's Galerkin systems of a described problem, and the tables of a neighbour equation of its first channel. Their coefficients
+/// are 5 % wrong, with alternating signs: the neighbour equation is exact for any, and so must the estimate be.
+#[derive(Clone, Debug)]
+pub struct System<F> {
+    /// The systems of all channels.
+    pub exact: Vec<ExactSystem>,
+    /// The tables for wrong coefficients.
     pub tables: Tables<F>,
 }
 
 impl<F: Real> System<F> {
-    /// Solves the system of this problem.
+    /// Solves the systems of this problem.
     ///
     /// # Errors
     /// As [`solve`].
     pub fn new<D, const B: usize>(description: &D) -> Result<Self, GalerkinError>
     where
-        D: Description<B, Equation: StateSpace<Scalar = F>>,
+        D: Description<B, Equation: Density + Space<Scalar = F>>,
     {
-        let (mut matrix, mut right) = (matrix(description), right_hand_side(description));
-        let exact = solve::<B>(&matrix, &right)?;
-        // Of the functions ψ_i0 alone: the mean of ∫|K(x,y)|dμ(y) over the cell or less.
-        let radius_bound = matrix
-            .chunks_exact(right.len())
-            .step_by(B)
-            .map(|row| row.iter().step_by(B).map(|k| k.abs()).sum())
-            .fold(0.0, f64::max);
-        let radius_bound = if radius_bound < 1.0 {
-            radius_bound
-        } else {
-            radius(&matrix, right.len())
-        };
-        let by_quadrature = matrix.clone();
-        for (e, entry) in matrix.iter_mut().chain(&mut right).enumerate() {
-            *entry *= if e % 2 == 0 { 1.05 } else { 0.95 };
+        let mut exact = Vec::new();
+        let mut tables = None;
+        for channel in 0..description.equation().channels() {
+            let mut matrix = matrix(description, channel);
+            let mut right = right_hand_side(description, channel);
+            exact.push(ExactSystem {
+                v: solve::<B>(&matrix, &right)?,
+                radius_bound: radius_bound::<B>(&matrix, right.len()),
+                matrix: matrix.clone(),
+            });
+            if channel == 0 {
+                for (e, entry) in matrix.iter_mut().chain(&mut right).enumerate() {
+                    *entry *= if e % 2 == 0 { 1.05 } else { 0.95 };
+                }
+                tables = Some(Tables::new::<B>(&matrix, &right)?);
+            }
         }
-        Ok(Self {
-            matrix: by_quadrature,
-            exact,
-            radius_bound,
-            tables: Tables::new::<B>(&matrix, &right)?,
-        })
+        let tables = tables.expect("an equation of one channel or more");
+        Ok(Self { exact, tables })
     }
 }
 
-/// The spectral radius of the absolute values of a matrix, from above.
-fn radius(matrix: &[f64], size: usize) -> f64 {
+/// A bound below 1 of the spectral radius of |K'|, where there is one.
+fn radius_bound<const B: usize>(matrix: &[f64], size: usize) -> f64 {
+    // Of the functions ψ_i0 alone: the mean of ∫|K(x,y)|dμ(y) over the cell or less.
+    let rows = matrix.chunks_exact(size).step_by(B);
+    let sums = rows.map(|row| row.iter().step_by(B).map(|k| k.abs()).sum());
+    let largest = sums.fold(0.0, f64::max);
+    if largest < 1.0 {
+        return largest;
+    }
     let mut apply = |w: &[f64], out: &mut [f64]| {
         for (out, row) in out.iter_mut().zip(matrix.chunks_exact(size)) {
             *out = row.iter().zip(w).map(|(k, w)| k.abs() * w).sum();

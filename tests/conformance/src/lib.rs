@@ -11,7 +11,7 @@ pub mod report;
 pub mod runners;
 pub mod template;
 
-pub use description::{Description, StepDescription};
+pub use description::Description;
 pub use examine::{examine, examine_both, examine_masses, examine_steps, examine_steps_both};
-pub use offers::{Neighbours, Offers, StepNeighbours};
+pub use offers::{Neighbours, Offers};
 pub use report::Report;

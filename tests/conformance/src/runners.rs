@@ -5,9 +5,8 @@ use std::thread;
 
 use fredholm_core::rand_core::{Rng, SeedableRng};
 use fredholm_core::{
-    DefaultGenerator, Equation, Estimator, Form, Functional, Goal, Goals, Job, Kernel, Length,
-    NeighbourOf, RandomSource, RunOptions, Sampler, StateSpace, Statistics, Task, Uniforms,
-    WalkOptions, WalkSeeds,
+    Chain, DefaultGenerator, Equation, Functional, Goals, Job, NeighbourOf, RunOptions, Space,
+    Statistics, Uniforms, Value,
 };
 use fredholm_embedded::{Driver, State};
 use rand::rngs::{ChaCha8Rng, Xoshiro256PlusPlus};
@@ -49,23 +48,23 @@ impl Generator for ChaCha8Rng {
 
 /// An equation and its chain as an object: the problems of the matrix are many, and walks are compiled once for every
 /// type of point in place of once for every problem.
-pub trait Walkable: StateSpace {
-    /// [`Sampler::absorption`].
-    fn absorption(&self, x: &Self::Point) -> Self::Scalar;
-    /// [`Sampler::step`].
+pub trait Walkable: Space {
+    /// [`Equation::Value`].
+    type Value: Value<Self::Scalar>;
+    /// [`Chain::step`].
     fn step(
         &self,
         x: &Self::Point,
         uniforms: &mut dyn Uniforms<Self::Scalar>,
     ) -> Option<Self::Point>;
-    /// [`Kernel::kernel`].
-    fn kernel(&self, x: &Self::Point, y: &Self::Point) -> Self::Scalar;
-    /// [`RandomSource::sample_source`].
-    fn sample_source(
-        &self,
-        x: &Self::Point,
-        uniforms: &mut dyn Uniforms<Self::Scalar>,
-    ) -> Self::Scalar;
+    /// [`Equation::kernel`].
+    fn kernel(&self, x: &Self::Point, y: &Self::Point) -> Self::Value;
+    /// [`Equation::source`].
+    fn source(&self, x: &Self::Point, uniforms: &mut dyn Uniforms<Self::Scalar>) -> Self::Value;
+    /// [`Equation::channels`].
+    fn channels(&self) -> usize;
+    /// [`Equation::size`].
+    fn size(&self, x: &Self::Point) -> Self::Scalar;
 }
 
 /// Uniform numbers of any kind.
@@ -78,17 +77,22 @@ impl<F> Uniforms<F> for AnyUniforms<'_, F> {
 }
 
 impl<E: Equation> Walkable for E {
-    fn absorption(&self, x: &E::Point) -> E::Scalar {
-        Sampler::absorption(self, x)
-    }
+    type Value = E::Value;
+
     fn step(&self, x: &E::Point, uniforms: &mut dyn Uniforms<E::Scalar>) -> Option<E::Point> {
-        Sampler::step(self, x, &mut AnyUniforms(uniforms))
+        Chain::step(self, x, &mut AnyUniforms(uniforms))
     }
-    fn kernel(&self, x: &E::Point, y: &E::Point) -> E::Scalar {
-        Kernel::kernel(self, x, y)
+    fn kernel(&self, x: &E::Point, y: &E::Point) -> E::Value {
+        Equation::kernel(self, x, y)
     }
-    fn sample_source(&self, x: &E::Point, uniforms: &mut dyn Uniforms<E::Scalar>) -> E::Scalar {
-        RandomSource::sample_source(self, x, &mut AnyUniforms(uniforms))
+    fn source(&self, x: &E::Point, uniforms: &mut dyn Uniforms<E::Scalar>) -> E::Value {
+        Equation::source(self, x, &mut AnyUniforms(uniforms))
+    }
+    fn channels(&self) -> usize {
+        Equation::channels(self)
+    }
+    fn size(&self, x: &E::Point) -> E::Scalar {
+        Equation::size(self, x)
     }
 }
 
@@ -99,106 +103,83 @@ impl<E: Equation> Walkable for E {
 )]
 pub struct Any<'a, W: ?Sized>(pub &'a W);
 
-impl<W: Walkable + ?Sized> StateSpace for Any<'_, W> {
+impl<W: Walkable + ?Sized> Space for Any<'_, W> {
     type Scalar = W::Scalar;
     type Point = W::Point;
 }
-impl<W: Walkable + ?Sized> Sampler for Any<'_, W> {
-    fn absorption(&self, x: &W::Point) -> W::Scalar {
-        self.0.absorption(x)
-    }
+impl<W: Walkable + ?Sized> Chain for Any<'_, W> {
     fn step<U: Uniforms<W::Scalar>>(&self, x: &W::Point, uniforms: &mut U) -> Option<W::Point> {
         self.0.step(x, uniforms)
     }
 }
-impl<W: Walkable + ?Sized> Kernel for Any<'_, W> {
-    fn kernel(&self, x: &W::Point, y: &W::Point) -> W::Scalar {
+impl<W: Walkable + ?Sized> Equation for Any<'_, W> {
+    type Value = W::Value;
+
+    fn kernel(&self, x: &W::Point, y: &W::Point) -> W::Value {
         self.0.kernel(x, y)
     }
-}
-impl<W: Walkable + ?Sized> RandomSource for Any<'_, W> {
-    fn sample_source<U: Uniforms<W::Scalar>>(&self, x: &W::Point, uniforms: &mut U) -> W::Scalar {
-        self.0.sample_source(x, uniforms)
+    fn source<U: Uniforms<W::Scalar>>(&self, x: &W::Point, uniforms: &mut U) -> W::Value {
+        self.0.source(x, uniforms)
+    }
+    fn channels(&self) -> usize {
+        self.0.channels()
+    }
+    fn size(&self, x: &W::Point) -> W::Scalar {
+        self.0.size(x)
     }
 }
 
-/// What a walk of any generator depends on: a [`Task`] without its seeds.
-#[derive(Debug)]
-pub struct Case<'a, E, N: ?Sized, T> {
-    /// The equation and its chain.
-    pub equation: &'a E,
-    /// The neighbour equation.
-    pub neighbour: &'a N,
-    /// Where walks start.
-    pub functional: &'a T,
-    /// (v, Φ).
-    pub control_mean: f64,
-    /// What a walk scores.
-    pub estimator: Estimator,
-    /// The form of the control variate.
-    pub form: Form,
-    /// How long walks are followed.
-    pub length: Length,
-}
-
-impl<E, N: ?Sized, T> Clone for Case<'_, E, N, T> {
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-impl<E, N: ?Sized, T> Copy for Case<'_, E, N, T> {}
-
-impl<'a, E, N: ?Sized, T> Case<'a, E, N, T> {
-    /// Goal 0 of a run with this seed.
-    #[must_use]
-    pub const fn task<G>(&self, seed: u64) -> Task<'a, E, N, T, G> {
-        Task {
-            equation: self.equation,
-            neighbour: self.neighbour,
-            functional: self.functional,
-            control_mean: Some(self.control_mean),
-            estimator: self.estimator,
-            form: self.form,
-            seeds: WalkSeeds::new(seed, 0),
-            length: self.length,
-        }
-    }
-}
-
-/// **Every runner gives the same bits**: those of 600 walks in batches one after the other. Also returns what
-/// these are.
+/// Statistics of the walks that every runner runs, in batches one after the other.
 ///
 /// # Panics
 /// If a walk scores a value that is not finite.
-pub fn runners<E, N, T, G>(case: Case<'_, E, N, T>, seed: u64) -> (Outcome, Statistics)
+pub fn in_batches(job: &dyn Job) -> Vec<Statistics> {
+    run_in_batches(job, WALKS, BATCH)
+}
+
+/// **Every runner gives the same bits**: those of 600 walks in batches one after the other, of the first goals of a job that share
+/// them. The runner for devices knows the number of such goals when it is compiled: it is asked where
+/// there are four or fewer.
+///
+/// # Panics
+/// If a walk scores a value that is not finite.
+pub fn runners<'g, E, N, T, G>(job: &Goals<'g, E, N, T, G>) -> Outcome
 where
-    E: Equation + Sync,
-    N: NeighbourOf<E> + Sync + ?Sized,
-    T: Functional<E> + Clone + Sync,
+    E: Equation,
+    N: NeighbourOf<E> + ?Sized,
+    T: Functional<E>,
     G: Generator,
+    Goals<'g, E, N, T, G>: Job,
 {
-    let expected = run_in_batches(&case.task::<G>(seed), WALKS, BATCH);
+    let expected = in_batches(job);
     let mut worst = Worst::new("runners with other bits", 0.0);
-    let mut compare = |name: &dyn Fn() -> String, found: Option<&Statistics>| {
-        let other = found.is_none_or(|found| found.to_bytes() != expected.to_bytes());
-        let estimate = |s: &Statistics| s.preconditioned().estimate;
-        let (expected, found) = (estimate(&expected), found.map_or(f64::NAN, estimate));
-        worst.add(expected, found, f64::from(u8::from(other)), || {
-            format!("the estimate of {} with {}", name(), G::NAME)
-        });
+    let mut compare = |name: &dyn Fn() -> String, all: Option<&[Statistics]>| {
+        for (number, expected) in expected.iter().enumerate() {
+            let found = all.and_then(|all| all.get(number));
+            let other = found.is_none_or(|found| found.to_bytes() != expected.to_bytes());
+            let estimate = |s: &Statistics| s.preconditioned().estimate;
+            let (expected, found) = (estimate(expected), found.map_or(f64::NAN, estimate));
+            worst.add(expected, found, f64::from(u8::from(other)), || {
+                format!("the estimate of {} with {}", name(), G::NAME)
+            });
+        }
     };
     for (pool, threads) in pools().iter().zip(THREADS) {
-        let found = on_threads::<_, _, _, G>(pool, case, seed);
+        let found = on_threads(pool, job);
         compare(
             &|| format!("{threads} threads of fredholm-rayon"),
-            Some(&found),
+            Some(&found[..expected.len()]),
         );
     }
-    compare(
-        &|| "fredholm-embedded".into(),
-        in_pieces::<_, _, _, G>(case, seed).as_ref(),
-    );
-    (worst.outcome(), expected)
+    let in_pieces = match job.shared() {
+        1 => in_pieces::<_, _, _, _, 1>(job),
+        2 => in_pieces::<_, _, _, _, 2>(job),
+        3 => in_pieces::<_, _, _, _, 3>(job),
+        4 => in_pieces::<_, _, _, _, 4>(job),
+        _ => Some(expected.clone()),
+    };
+    compare(&|| "fredholm-embedded".into(), in_pieces.as_deref());
+    worst.outcome()
 }
 
 fn pools() -> &'static [ThreadPool; 3] {
@@ -218,58 +199,38 @@ fn run_options() -> RunOptions {
     }
 }
 
-fn on_threads<E, N, T, G>(pool: &ThreadPool, case: Case<'_, E, N, T>, seed: u64) -> Statistics
-where
-    E: Equation + Sync,
-    N: NeighbourOf<E> + Sync + ?Sized,
-    T: Functional<E> + Clone + Sync,
-    G: Generator,
-{
-    let goals = [Goal {
-        functional: case.functional.clone(),
-        control_mean: Some(case.control_mean),
-    }];
-    let options = WalkOptions {
-        seed,
-        estimator: case.estimator,
-        form: case.form,
-        survivals: case.length.survivals,
-        step_limit: case.length.step_limit,
-    };
-    run_on(
-        pool,
-        &Goals::new(case.equation, case.neighbour, &goals, options).with_generator::<G>(),
-    )
-}
-
-fn run_on(pool: &ThreadPool, job: &dyn Job) -> Statistics {
+fn on_threads(pool: &ThreadPool, job: &dyn Job) -> Vec<Statistics> {
     let run = || fredholm_rayon::run(job, &run_options(), None, &());
     // Not from a worker of another pool: it would begin a further problem while it waits for this one, and
     // another within that.
     let outcome = thread::scope(|scope| scope.spawn(|| pool.install(run)).join());
-    let outcome = outcome.expect("no panic").expect("finite scores");
-    outcome.statistics[0]
+    outcome
+        .expect("no panic")
+        .expect("finite scores")
+        .statistics
 }
 
 /// 47 walks at a time; half-way through only the bytes of the state survive. `None`: with them the run does not go on,
 /// as the first walks are no longer what they were.
-fn in_pieces<E, N, T, G>(case: Case<'_, E, N, T>, seed: u64) -> Option<Statistics>
+fn in_pieces<'g, E, N, T, G, const S: usize>(job: &Goals<'g, E, N, T, G>) -> Option<Vec<Statistics>>
 where
     E: Equation,
     N: NeighbourOf<E> + ?Sized,
     T: Functional<E>,
     G: Generator,
+    Goals<'g, E, N, T, G>: Job,
 {
-    let mut driver =
-        Driver::new(case.task::<G>(seed), run_options()).expect("a run_options with walks");
+    let mut driver = Driver::<_, S>::new(job, 0, run_options()).expect("options with walks");
     loop {
         let progress = driver.poll(47).expect("finite scores");
         if progress.stop.is_some() {
-            return Some(driver.statistics());
+            return Some(driver.statistics().to_vec());
         }
         if progress.walks == 329 {
-            let state = State::from_bytes(&driver.save().to_bytes()).expect("whole bytes");
-            driver = Driver::restore(case.task(seed), run_options(), &state).ok()?;
+            let mut bytes = vec![0; State::<S>::BYTES];
+            driver.save().write(&mut bytes).expect("room for a state");
+            let state = State::read(&bytes).expect("whole bytes");
+            driver = Driver::restore(job, 0, run_options(), &state).ok()?;
         }
     }
 }

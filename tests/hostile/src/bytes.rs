@@ -2,21 +2,21 @@
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use fredholm_core::{
-    At, DefaultGenerator, Estimator, Form, Kernel, Length, NoNeighbour, RunOptions, Sampler,
-    Source, StateSpace, Task, Tolerance, Uniforms, WalkSeeds,
+    At, Chain, Equation, Goal, Goals, NoNeighbour, RunOptions, Space, Statistics, Tolerance,
+    Uniforms, WalkOptions,
 };
 use fredholm_embedded::zerocopy::{FromBytes, Immutable, IntoBytes};
-use fredholm_embedded::{Driver, State, StateError, Table, TableBuilder, TableError};
+use fredholm_embedded::{Driver, State, StateError, TableBuilder, TableError, Tables};
 
 use crate::memory::Bound;
 
 static CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
 /// Kinds of tables, the last of which nobody writes.
-const KINDS: [&str; 4] = ["circle", "cube", "room", ""];
+const KINDS: [&str; 3] = ["circle", "scene", ""];
 /// Names of arrays, the last of which nobody writes.
 const NAMES: [&str; 8] = [
-    "absorb", "degree", "cells", "segments", "views", "coeffs", "v", "",
+    "circle", "cells", "slots", "source", "faces", "control", "v", "",
 ];
 
 /// Reads an export table, of the kind that it says and of another.
@@ -35,16 +35,16 @@ pub fn table(bytes: &[u8]) {
             .is_some_and(|name| name.starts_with(k.as_bytes()))
     };
     let kind = KINDS.iter().copied().find(kind).unwrap_or("circle");
-    let misplaced = Table::read(&space[odd], kind).err();
+    let misplaced = Tables::read(&space[odd], kind).err();
     space[even.clone()].copy_from_slice(bytes);
     let bytes = &space[even];
-    match Bound::NOTHING.holds(0, || Table::read(bytes, kind)) {
+    match Bound::NOTHING.holds(0, || Tables::read(bytes, kind)) {
         Ok(table) => {
             assert_eq!(misplaced, Some(TableError::Alignment));
             assert!(is_laid_out(bytes), "arrays that do not fit");
             Bound::NOTHING.holds(0, || arrays(&table, bytes));
-            let other = if kind == "room" { "cube" } else { "room" };
-            assert_eq!(Table::read(bytes, other).err(), Some(TableError::Kind));
+            let other = if kind == "scene" { "circle" } else { "scene" };
+            assert_eq!(Tables::read(bytes, other).err(), Some(TableError::Kind));
         }
         Err(error) => {
             let wrong = matches!(error, TableError::Directory { .. });
@@ -102,7 +102,7 @@ fn checksum(parts: &[&[u8]]) -> [u8; 4] {
 }
 
 /// Looks at every array as every type.
-fn arrays(table: &Table<'_>, bytes: &[u8]) {
+fn arrays(table: &Tables<'_>, bytes: &[u8]) {
     for name in NAMES {
         array::<u8>(table, name, bytes);
         array::<u32>(table, name, bytes);
@@ -113,8 +113,8 @@ fn arrays(table: &Table<'_>, bytes: &[u8]) {
     }
 }
 
-fn array<T: FromBytes + Immutable + Copy>(table: &Table<'_>, name: &'static str, bytes: &[u8]) {
-    let slice = table.slice::<T>(name);
+fn array<T: FromBytes + Immutable + Copy>(table: &Tables<'_>, name: &'static str, bytes: &[u8]) {
+    let slice = table.get::<T>(name);
     match slice {
         Ok(array) => {
             let (whole, part) = (bytes.as_ptr_range(), array.as_ptr_range());
@@ -122,10 +122,10 @@ fn array<T: FromBytes + Immutable + Copy>(table: &Table<'_>, name: &'static str,
             assert!(whole.start.addr() <= start && end <= whole.end.addr());
         }
         Err(TableError::Missing { name: missing }) => {
-            assert!(missing == name && !table.has(name));
+            assert_eq!(missing, name);
         }
         Err(TableError::Element { name: other, found }) => {
-            assert!(other == name && table.has(name) && found != size_of::<T>());
+            assert!(other == name && found != size_of::<T>());
         }
         Err(other) => panic!("{name}: {other}"),
     }
@@ -170,29 +170,40 @@ fn round_trip(bytes: &[u8]) {
             f64::from_bits(bits)
         })
         .collect();
-    let kind = KINDS[usize::from(a) % 3];
+    let kind = KINDS[usize::from(a) % 2];
     let mut builder = TableBuilder::new(kind);
-    builder.numbers("cells", &small);
-    builder.numbers("coeffs", &large);
+    builder.numbers("slots", &small);
+    builder.numbers("v", &large);
     let few = numbers.get(..9).unwrap_or(numbers);
-    builder.numbers("views", few);
-    builder.numbers("degree", &[u32::from(b)]);
+    builder.numbers("cells", few);
+    builder.numbers("light", &[u32::from(b)]);
     let written = builder.to_bytes();
     let mut words = vec![0_u64; written.len().div_ceil(8)];
     let place = words.as_mut_bytes();
     place.copy_from_slice(&written);
-    let table = Table::read(place, kind).expect("a table that was written is read");
-    assert_eq!(table.slice::<u32>("cells"), Ok(&small[..]));
+    let table = Tables::read(place, kind).expect("a table that was written is read");
+    assert_eq!(table.get::<u32>("slots"), Ok(&small[..]));
     let bits = |numbers: &[f64]| numbers.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
-    assert_eq!(table.slice::<f64>("coeffs").map(bits), Ok(bits(&large)));
-    assert_eq!(table.slice::<u8>("views"), Ok(few));
-    assert_eq!(table.one::<u32>("degree"), Ok(u32::from(b)));
+    assert_eq!(table.get::<f64>("v").map(bits), Ok(bits(&large)));
+    assert_eq!(table.get::<u8>("cells"), Ok(few));
+    assert_eq!(table.one::<u32>("light"), Ok(&u32::from(b)));
     // One byte that changes is always found.
     let at = usize::from(a) * 256 + usize::from(b);
     if let Some(byte) = place.get_mut(at) {
         *byte ^= (a ^ b).max(1);
-        assert!(Table::read(place, kind).is_err(), "byte {at}");
+        assert!(Tables::read(place, kind).is_err(), "byte {at}");
     }
+}
+
+/// The bytes of a state.
+const BYTES: usize = State::<1>::BYTES;
+/// Bytes before its checksum, and before what is behind it.
+const HEAD: [usize; 2] = [24, 28];
+
+fn written(state: &State) -> [u8; BYTES] {
+    let mut bytes = [0; BYTES];
+    state.write(&mut bytes).expect("room for a state");
+    bytes
 }
 
 /// Reads a saved state.
@@ -200,17 +211,13 @@ fn round_trip(bytes: &[u8]) {
 /// # Panics
 /// If that takes any memory, if a state written again is another, or if a refusal's message says nothing.
 pub fn state(bytes: &[u8]) {
-    match Bound::NOTHING.holds(0, || State::from_bytes(bytes)) {
-        Ok(state) => assert_eq!(
-            state.to_bytes(),
-            *bytes,
-            "a state written again is the same"
-        ),
+    match Bound::NOTHING.holds(0, || State::read(bytes)) {
+        Ok(state) => assert_eq!(written(&state), *bytes, "a state written again is the same"),
         Err(error) => {
             let message = error.to_string();
             let place = match error {
-                StateError::Length { found } => {
-                    assert!(found != State::BYTES);
+                StateError::Length { expected, found } => {
+                    assert!(expected == BYTES && found != BYTES);
                     format!("not {found}")
                 }
                 StateError::Foreign => "first bytes".to_owned(),
@@ -228,28 +235,24 @@ pub fn state(bytes: &[u8]) {
 #[derive(Clone, Copy, Debug)]
 struct Toy;
 
-impl StateSpace for Toy {
+impl Space for Toy {
     type Scalar = f64;
     type Point = f64;
 }
 
-impl Sampler for Toy {
-    fn absorption(&self, _: &f64) -> f64 {
-        0.2
-    }
+impl Chain for Toy {
     fn step<U: Uniforms<f64>>(&self, _: &f64, uniforms: &mut U) -> Option<f64> {
         Some(uniforms.uniform())
     }
 }
 
-impl Kernel for Toy {
-    fn kernel(&self, x: &f64, y: &f64) -> f64 {
-        0.5 * x * y / 0.8
-    }
-}
+impl Equation for Toy {
+    type Value = f64;
 
-impl Source for Toy {
-    fn source(&self, x: &f64) -> f64 {
+    fn kernel(&self, x: &f64, y: &f64) -> f64 {
+        0.5 * x * y
+    }
+    fn source<U: Uniforms<f64>>(&self, x: &f64, _: &mut U) -> f64 {
         *x
     }
 }
@@ -263,50 +266,42 @@ pub fn state_with_checksum(bytes: &[u8]) {
     let Some((&first, bytes)) = bytes.split_first() else {
         return;
     };
-    let (neighbour, start) = (NoNeighbour::<Toy>::new(), At(0.3));
-    let task = || -> Task<'_, _, _, _, DefaultGenerator> {
-        Task {
-            equation: &Toy,
-            neighbour: &neighbour,
-            functional: &start,
-            control_mean: None,
-            estimator: Estimator::Collision,
-            form: Form::Product,
-            seeds: WalkSeeds::new(1, 0),
-            length: Length::default(),
-        }
-    };
+    let (neighbour, goals) = (NoNeighbour::new(&Toy), [Goal::new(At(0.3), None)]);
+    let job: Goals<'_, _, _, _> = Goals::new(&Toy, &neighbour, &goals, WalkOptions::default());
     let options = RunOptions {
         tolerance: [None, Some(Tolerance::Relative(1e-3))][usize::from(first & 1)],
         ..OPTIONS[usize::from(first >> 1) % OPTIONS.len()]
     };
-    let mut fresh = Driver::new(task(), options).expect("possible options");
+    let mut fresh = Driver::<_, 1>::new(&job, 0, options).expect("possible options");
     let done = if first & 0x80 == 0 { 0 } else { 25 };
     fresh.poll(done).expect("walks of the toy are finite");
 
     // The bytes say what is changed in a good state, but for what says what it is of.
-    let mut mended = fresh.save().to_bytes();
-    let (head, numbers) = mended.split_at_mut(32);
-    let (length, rest) = head[6..].split_at_mut(2);
-    let changed = length.iter_mut().chain(&mut rest[12..20]).chain(numbers);
+    let [sum, numbers] = HEAD;
+    let mut mended = written(&fresh.save());
+    let (head, changeable) = mended.split_at_mut(numbers);
+    let (length, rest) = head[6..sum].split_at_mut(2);
+    // The options and the walks stand between.
+    let changed = (length.iter_mut().chain(&mut rest[8..])).chain(changeable);
     for (to, change) in changed.zip(bytes) {
         *to ^= change;
     }
-    let sum = checksum(&[&mended[..28], &mended[32..]]);
-    mended[28..32].copy_from_slice(&sum);
+    let of_all = checksum(&[&mended[..sum], &mended[numbers..]]);
+    mended[sum..numbers].copy_from_slice(&of_all);
     state(&mended);
-    let Ok(saved) = State::from_bytes(&mended) else {
+    let Ok(saved) = State::read(&mended) else {
         return;
     };
-    let mut driver = match Bound::NOTHING.holds(0, || Driver::restore(task(), options, &saved)) {
-        Ok(driver) => driver,
-        Err(error) => {
-            assert_eq!(error, StateError::Contradiction, "the options are the same");
-            return;
-        }
-    };
-    assert_eq!(driver.save().to_bytes(), mended, "saved as restored");
-    let before = driver.statistics().walks();
+    let mut driver =
+        match Bound::NOTHING.holds(0, || Driver::<_, 1>::restore(&job, 0, options, &saved)) {
+            Ok(driver) => driver,
+            Err(error) => {
+                assert_eq!(error, StateError::Contradiction, "the options are the same");
+                return;
+            }
+        };
+    assert_eq!(written(&driver.save()), mended, "saved as restored");
+    let before = driver.statistics()[0].walks();
     assert!(
         before <= options.walks,
         "{before} walks of {}",
@@ -314,13 +309,14 @@ pub fn state_with_checksum(bytes: &[u8]) {
     );
     if before <= 1000 && options.tolerance.is_none() {
         // The walks that are done are the first ones, in the same batches.
-        let mut same = Driver::new(task(), options).expect("possible options");
+        let mut same = Driver::<_, 1>::new(&job, 0, options).expect("possible options");
         same.poll(before).expect("walks of the toy are finite");
-        let walks = |bytes: &[u8]| [&bytes[32..40], &bytes[128..136]].concat();
-        assert_eq!(walks(&same.save().to_bytes()), walks(&mended));
+        let batch = numbers + Statistics::BYTES;
+        let walks = |bytes: &[u8]| [&bytes[numbers..][..8], &bytes[batch..][..8]].concat();
+        assert_eq!(walks(&written(&same.save())), walks(&mended));
     }
     let progress = driver.poll(3).expect("walks of the toy are finite");
-    let after = driver.statistics().walks();
+    let after = driver.statistics()[0].walks();
     assert!((before..=before + 3).contains(&after) && progress.walks == after);
     assert_eq!(driver.stop(), progress.stop);
 }

@@ -38,7 +38,6 @@ static MODELS: LazyLock<Vec<(Box<dyn Model>, Settings)>> = LazyLock::new(|| {
         albedo: 0.7,
         asymmetry: 0.2,
         emission: [1.0, 0.3, 0.2, 0.1],
-        absorption: 0.2,
         forward: 0.0,
     };
     let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]];
@@ -84,7 +83,7 @@ pub fn good_systems() -> Vec<Vec<u8>> {
         let cells = model
             .partition(&settings.discretisation())
             .expect("few cells");
-        let system = cells.solve(0.2).expect("a solution");
+        let system = cells.solve().expect("a solution");
         let content = SystemContent {
             of: vec![("kind".to_owned(), model.about().kind.to_owned())],
             saved: system.saved().expect("numbers"),
@@ -148,7 +147,7 @@ fn walk(model: &dyn Model, settings: &Settings, system: &dyn System) {
     };
     // Numbers of any size may overflow: that is an error of the walk.
     let _ = system.job(&request, &mut |prepared| {
-        let mut batch = Batch::new(0, 1, 1);
+        let mut batch = [Batch::new(0, 1, 1)];
         let _ = prepared.job.run(0, &mut batch, 1);
         Ok(())
     });

@@ -1,8 +1,9 @@
 //! Ten million inputs, as many for each reader: good ones that are spoilt, by a loop without a fuzzer.
 
 use fredholm_hostile::{
-    deck, formula, good_part, good_systems, part, part_with_checksum, problem_file, scene, system,
-    system_of_numbers, system_with_checksum, table, table_with_checksum,
+    deck, formula, good_part, good_systems, part, part_with_checksum, problem_file, scene, state,
+    state_with_checksum, system, system_of_numbers, system_with_checksum, table,
+    table_with_checksum,
 };
 
 mod seeds;
@@ -87,10 +88,30 @@ fn millions_of_inputs_are_read_or_refused() {
     readers.extend(FILES.iter().map(|f| (*f, 0, problem_file as Reader)));
     readers.extend(DECKS.iter().map(|d| (*d, 0, deck as Reader)));
     readers.extend(formulas.map(|f| (f, 1, formula as Reader)));
-    // The smallest.
-    readers.push((TABLES[0], 0, table));
-    readers.push((TABLES[0], 0, table_with_checksum));
+    for table_of in TABLES {
+        readers.push((table_of, 0, table));
+        readers.push((table_of, 0, table_with_checksum));
+    }
+    // No change of a saved state.
+    readers.push((&[0; 199], 0, state_with_checksum));
+    let pieces = PIECES.concat();
+    readers.push((pieces.as_bytes(), 1, anything));
     feed(&readers, 26);
+}
+
+/// Reads bytes as whatever there is.
+fn anything(bytes: &[u8]) {
+    for read in [
+        formula,
+        scene,
+        problem_file,
+        deck,
+        table,
+        table_with_checksum,
+        state,
+    ] {
+        read(bytes);
+    }
 }
 
 /// Parts of runs, which are longer.

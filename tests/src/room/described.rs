@@ -1,22 +1,21 @@
-//! The description of a room with constants on its cells, for the kit.
+//! The description of a room, for the kit.
 
-use fredholm_core::{Located, Real, TransitionDensity};
-use fredholm_room::{Choice, Grading, Point, Room, RoomPairs, Tables, Wall, WallStarts};
+use fredholm_core::{Density, Located, Real};
+use fredholm_room::{Choice, Grading, Point, Room, RoomPairs, Tables, Wall};
 
 use super::vector::{Vector, cross, dist, dot, sub, wide};
-use super::{ABSORPTION, Drawing, RoomNeighbour, Setup};
+use super::{Drawing, Setup};
 use crate::description::Description;
 use crate::examine::examine_both;
 use crate::offers::{Neighbours, Offers};
 use crate::quadrature::{gauss_legendre, split};
 use crate::report::Report;
 
-/// A room as the kit sees it.
+/// A room with B functions on every cell as the kit sees it.
 #[derive(Clone, Debug)]
-pub struct Described<'a, F> {
-    pub(super) room: Room<'a, F>,
-    lengths: &'a [f64],
-    setup: &'a Setup,
+pub struct Described<'a, F, const B: usize = 1> {
+    room: Room<'a, F>,
+    setup: &'a Setup<B>,
     drawing: &'a Drawing,
     claim: f64,
     rule: Vec<(f64, f64)>,
@@ -34,27 +33,15 @@ pub struct Described<'a, F> {
 ///
 /// # Panics
 /// If there is no such room.
-pub fn described<F: Real, R>(
+pub fn described<F: Real, R, const B: usize>(
     drawing: &Drawing,
     cells: usize,
     claim: f64,
-    then: impl FnOnce(&Described<'_, F>) -> R,
+    then: impl FnOnce(&Described<'_, F, B>) -> R,
 ) -> R {
-    described_by(drawing, cells, claim, (12, &[]), then)
-}
-
-/// The same by a rule of so many points, and with cuts for the outer integrals.
-pub(super) fn described_by<F: Real, R>(
-    drawing: &Drawing,
-    cells: usize,
-    claim: f64,
-    (order, outer): (usize, &[f64]),
-    then: impl FnOnce(&Described<'_, F>) -> R,
-) -> R {
-    let setup = Setup::new::<F>(drawing, cells, Grading::default()).unwrap();
+    let setup = Setup::<B>::of_degree::<F>(drawing, cells, Grading::default()).unwrap();
     let tables = Tables::<F>::new(&setup.scene, &setup.mesh);
-    let views = setup.matrix.views();
-    let room = Room::new(tables.geometry(), tables.cells(), views, ABSORPTION).unwrap();
+    let room = tables.room(setup.matrix.views());
     let points = drawing.surfaces.iter().flat_map(|(points, _)| points);
     let walls = room.geometry().walls().iter();
     let vertices = walls.clone().flat_map(|wall| wall.ends);
@@ -63,9 +50,15 @@ pub(super) fn described_by<F: Real, R>(
         let height = |v: [F; 2]| cross(sub(b, a), sub(wide(v), a));
         vertices.clone().all(|v| height(v) >= 0.0)
     });
+    // Polynomials of degree 2B − 2 times a density, on the parts that `nodes` makes: 12 points are
+    // too few for 10⁻¹³ there.
+    let cuts = [4.0_f64, 16.0, 64.0].map(|n| [1.0 / n, 1.0 - 1.0 / n]);
+    let (order, outer) = match B {
+        1 => (12, &[][..]),
+        _ => (16, cuts.as_flattened()),
+    };
     then(&Described {
         room,
-        lengths: tables.lengths(),
         setup: &setup,
         drawing,
         claim,
@@ -79,8 +72,19 @@ pub(super) fn described_by<F: Real, R>(
 /// Everything about a room, in f32 and f64.
 #[must_use]
 pub fn examined(drawing: &Drawing, cells: usize, claim: f64, seed: u64) -> Report {
-    described(drawing, cells, claim, |narrow| {
-        described(drawing, cells, claim, |wide| {
+    examined_of_degree::<1>(drawing, cells, claim, seed)
+}
+
+/// As [`examined`], with B functions on every cell.
+#[must_use]
+pub fn examined_of_degree<const B: usize>(
+    drawing: &Drawing,
+    cells: usize,
+    claim: f64,
+    seed: u64,
+) -> Report {
+    described::<f32, _, B>(drawing, cells, claim, |narrow| {
+        described::<f64, _, B>(drawing, cells, claim, |wide| {
             examine_both(narrow, wide, seed)
         })
     })
@@ -96,19 +100,13 @@ struct Seen {
     horizon: Option<f64>,
 }
 
-impl<F: Real> Described<'_, F> {
-    /// The lengths of all walls before each, and of all.
-    #[must_use]
-    pub const fn lengths(&self) -> &[f64] {
-        self.lengths
-    }
-
+impl<F: Real, const B: usize> Described<'_, F, B> {
     fn wall(&self, wall: usize) -> &Wall<F> {
         &self.room.geometry().walls()[wall]
     }
 
     fn wall_of(&self, cell: usize) -> usize {
-        self.room.table().wall(cell).expect("a cell")
+        self.room.partition().wall(cell).expect("a cell")
     }
 
     fn inside(&self, cell: usize, t: f64) -> Point<F> {
@@ -143,7 +141,7 @@ impl<F: Real> Described<'_, F> {
         let [a, b] = ends.map(|end| self.height(x.wall(), end));
         Seen {
             ends,
-            length: self.room.table().length(cell).to_f64(),
+            length: self.room.partition().length(cell).to_f64(),
             shadows: shadows.collect(),
             horizon: Some(a / (a - b)).filter(inside),
         }
@@ -173,20 +171,11 @@ impl<F: Real> Described<'_, F> {
     }
 }
 
-impl<'a, F: Real> Description for Described<'a, F> {
+impl<'a, F: Real, const B: usize> Description<B> for Described<'a, F, B> {
     type Equation = Room<'a, F>;
-    const DIMENSION: usize = 1;
 
     fn equation(&self) -> &Self::Equation {
         &self.room
-    }
-
-    /// By its place on the wall, as a user makes it: its cell is looked for.
-    fn point(&self, cell: usize, t: &[f64]) -> Point<F> {
-        let [from, to] = [0.0, 1.0].map(|t| self.inside(cell, t).along().to_f64());
-        let wall = self.wall_of(cell);
-        let fraction = (from + t[0] * (to - from)) / self.wall(wall).length.to_f64();
-        self.room.point(wall, fraction.min(1.0)).expect("a wall")
     }
 
     fn contains(&self, cell: usize, x: &Point<F>) -> bool {
@@ -208,6 +197,9 @@ impl<'a, F: Real> Description for Described<'a, F> {
         cuts.extend(seen.horizon);
         if x.wall() == self.wall_of(cell) {
             cuts.extend(&self.outer);
+            // Beyond x itself sin φ has the other sign.
+            let [from, to] = [0.0, 1.0].map(|t| self.inside(cell, t).along().to_f64());
+            cuts.push((x.along().to_f64() - from) / (to - from));
         } else {
             let (span, to) = (
                 sub(seen.ends[1], seen.ends[0]),
@@ -228,7 +220,7 @@ impl<'a, F: Real> Description for Described<'a, F> {
             .collect()
     }
 
-    /// Of p = (1 − q0) h_x h_y/(2r³), h_x the height of x above the wall of y and h_y that of y
+    /// Of p = h_x h_y/(2r³), h_x the height of x above the wall of y and h_y that of y
     /// above the wall of x: where x and y move by δ = ε × the size of the scene, p changes by at
     /// most p δ(1/h_x + 1/h_y + 3/r). In a corner h_x is small.
     ///
@@ -271,7 +263,7 @@ impl<'a, F: Real> Description for Described<'a, F> {
     }
 
     fn solution(&self, _: &Point<F>) -> Option<f64> {
-        self.constant()
+        Description::<B>::constant(self)
     }
 
     fn constant(&self) -> Option<f64> {
@@ -293,28 +285,26 @@ impl<'a, F: Real> Description for Described<'a, F> {
         if F::EPSILON.to_f64() < 1e-10 || !self.clear {
             return None;
         }
-        let survival = 1.0 - F::from_f64(ABSORPTION).to_f64();
         // In the line of the cell, and not in the corner where it ends, x sees its edge.
         let (at, ends) = (wide(x.point.position()), self.ends(cell));
         let aside = self.height(self.wall_of(cell), at) <= 0.0 && !ends.contains(&at);
         if aside || x.point.wall() == self.wall_of(cell) {
             return Some(0.0);
         }
-        Some(survival * self.form_factor(&x.point, ends))
+        Some(self.form_factor(&x.point, ends))
     }
 }
 
-impl<'a, F: Real> Neighbours for Described<'a, F> {
-    fn offers(&self, offers: &mut Offers<'_, Self>) {
+impl<F: Real, const B: usize> Neighbours<B> for Described<'_, F, B> {
+    fn offers(&self, offers: &mut Offers<'_, Self, B>) {
         let views = self.room.views();
         let pairs = |choice| RoomPairs { views, choice };
-        let starts = WallStarts::new(&self.room, self.lengths);
-        offers.starts(&starts.expect("the lengths of its walls"));
+        offers.starts(&self.room);
         offers.pairs("the paper's", pairs(Choice::Paper));
         offers.pointwise_pairs("the others pointwise", pairs(Choice::Default));
         offers.pointwise_pairs("all pointwise", pairs(Choice::Pointwise));
         let claim = self.claim;
-        offers.coefficients("strings", &self.setup.matrix.coefficients(), claim);
+        offers.coefficients("own", &self.setup.matrix.coefficients(), claim);
         // In f64 whatever F is: with nodes in f32 there is nothing to compare it with.
         if F::EPSILON.to_f64() < 1e-10 {
             let v = &self.setup.solution;
@@ -322,10 +312,10 @@ impl<'a, F: Real> Neighbours for Described<'a, F> {
         }
         // With all pairs pointwise there is no coefficient to be the room's own.
         self.setup
-            .with_rays::<F, _>(|neighbour| offers.neighbour("own, rays", neighbour));
+            .with_rays::<F, _>(|_, neighbour| offers.neighbour("own, rays", neighbour));
         for choice in [Choice::Paper, Choice::Default] {
-            self.setup.with::<F, _>(choice, |_, neighbour, _, _| {
-                offers.neighbour::<RoomNeighbour<'_, F>>(&format!("own, {choice:?}"), neighbour);
+            self.setup.with::<F, _>(choice, |_, neighbour, _| {
+                offers.neighbour(&format!("own, {choice:?}"), neighbour);
             });
         }
     }

@@ -3,7 +3,7 @@ use fredholm::{CustomModel, SolveError, Solver};
 use fredholm_my_equation::MyEquation;
 
 fn main() -> Result<(), SolveError> {
-    let u = CustomModel::new(|cells, q| MyEquation::<f64>::new(cells as u32, q));
+    let u = CustomModel::from_cells(|cells| MyEquation::<f64>::new(cells as u32));
     println!("{}", Solver::new(&u).at(0.5).mean().solve_to(1e-4)?);
     Ok(())
 }

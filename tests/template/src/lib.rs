@@ -6,11 +6,9 @@
 #![no_std]
 #![warn(missing_docs)]
 
-use fredholm_core::galerkin::{Basis, CellMap, PairIntegral, Partition, TransitionMoments};
-use fredholm_core::whole::Starts;
-use fredholm_core::{
-    Kernel, Located, Real, Sampler, Source, StateSpace, TransitionDensity, Uniforms,
-};
+use fredholm_core::galerkin::{Basis, Cells, PairIntegral, TransitionMoments};
+use fredholm_core::global::Stationary;
+use fredholm_core::{Chain, Density, Equation, Located, Real, Space, Uniforms};
 
 /// The equation, its chain and n equal cells of [0, 1].
 ///
@@ -21,8 +19,6 @@ pub struct MyEquation<F> {
     cells: u32,
     /// n.
     per_cell: F,
-    /// q.
-    absorption: F,
 }
 
 /// Why there is no such equation. Yours: one variant for every condition that an input can violate.
@@ -30,45 +26,29 @@ pub struct MyEquation<F> {
 pub enum MyError {
     /// There must be a cell, and 2²⁴ at most.
     Cells,
-    /// q must lie in (0, 1).
-    Absorption,
 }
 
 impl core::fmt::Display for MyError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(match self {
-            Self::Cells => "the number of cells must be from 1 to 2^24",
-            Self::Absorption => "the absorption probability must lie between 0 and 1",
-        })
+        match self {
+            Self::Cells => f.write_str("the number of cells must be from 1 to 2^24"),
+        }
     }
 }
 
 impl core::error::Error for MyError {}
 
 impl<F: Real> MyEquation<F> {
-    /// With n = `cells` cells and absorption probability q = `absorption`.
+    /// With n = `cells` cells.
     ///
     /// # Errors
     /// [`MyError`].
-    pub fn new(cells: u32, absorption: f64) -> Result<Self, MyError> {
+    pub fn new(cells: u32) -> Result<Self, MyError> {
         if cells == 0 || cells > 1 << 24 {
             return Err(MyError::Cells);
         }
-        // Written so that NaN fails, and in the scalar of the walk: 1 − 10⁻¹² is 1 in f32.
-        let q = F::from_f64(absorption);
-        if !(q > F::zero() && q < F::one()) {
-            return Err(MyError::Absorption);
-        }
-        Ok(Self {
-            cells,
-            per_cell: F::from_u32(cells),
-            absorption: q,
-        })
-    }
-
-    /// 1 − q, the density p of every step.
-    fn lives(&self) -> F {
-        F::one() - self.absorption
+        let per_cell = F::from_u32(cells);
+        Ok(Self { cells, per_cell })
     }
 
     /// The middle of cell `j`.
@@ -80,47 +60,44 @@ impl<F: Real> MyEquation<F> {
 // ---- The equation and its chain: enough for plain Monte Carlo.
 
 /// Yours: the points. A `Copy` type of your own may carry what a step knew of the point.
-impl<F: Real> StateSpace for MyEquation<F> {
+impl<F: Real> Space for MyEquation<F> {
     type Scalar = F;
     type Point = F;
 }
 
 /// Yours: a density p from which you can draw, as like |K| as possible.
-impl<F: Real> Sampler for MyEquation<F> {
-    fn absorption(&self, _: &F) -> F {
-        self.absorption
-    }
-
+impl<F: Real> Chain for MyEquation<F> {
     fn step<U: Uniforms<F>>(&self, _: &F, uniforms: &mut U) -> Option<F> {
         Some(uniforms.uniform())
     }
 }
 
-/// Yours: p(x, y), with ∫ p(x, y) dμ(y) = 1 − q(x). Walks do not need it, the checks do.
-impl<F: Real> TransitionDensity for MyEquation<F> {
+/// Yours: p(x, y), with ∫ p(x, y) dμ(y) = 1. Walks do not need it, the checks do.
+impl<F: Real> Density for MyEquation<F> {
     fn density(&self, _: &F, _: &F) -> F {
-        self.lives()
+        F::one()
     }
 }
 
-/// Yours: k = K/p.
-impl<F: Real> Kernel for MyEquation<F> {
+/// Yours: k = K/p, and F. Several channels that share the chain are `Channels`.
+impl<F: Real> Equation for MyEquation<F> {
+    type Value = F;
+
     fn kernel(&self, x: &F, y: &F) -> F {
-        F::from_f64(0.5) * *x * *y / self.lives()
+        F::from_f64(0.5) * *x * *y
     }
-}
 
-/// Yours: F.
-impl<F: Real> Source for MyEquation<F> {
-    fn source(&self, x: &F) -> F {
+    fn source<U: Uniforms<F>>(&self, x: &F, _: &mut U) -> F {
         *x
     }
 }
 
 // ---- The neighbour equation: cells, and exact integrals of p over them.
 
-/// Yours: the cells.
-impl<F: Real> Partition for MyEquation<F> {
+/// Yours: the cells, as images of [0, 1]^d.
+impl<F: Real> Cells for MyEquation<F> {
+    const DIMENSION: usize = 1;
+
     fn cells(&self) -> usize {
         self.cells as usize
     }
@@ -129,11 +106,6 @@ impl<F: Real> Partition for MyEquation<F> {
         // A coordinate of 1, or one that rounding made 1, belongs to the last cell.
         (*x * self.per_cell).to_u32().min(self.cells - 1) as usize
     }
-}
-
-/// Yours: where the cells are.
-impl<F: Real> CellMap for MyEquation<F> {
-    const DIMENSION: usize = 1;
 
     fn measure(&self, _: usize) -> f64 {
         1.0 / f64::from(self.cells)
@@ -143,22 +115,23 @@ impl<F: Real> CellMap for MyEquation<F> {
         F::from_f64((cell as f64 + t[0]) / f64::from(self.cells))
     }
 
+    fn parameters(&self, x: &Located<F>, t: &mut [F]) {
+        t.fill(x.point * self.per_cell - F::from_u32(x.cell as u32));
+    }
+
     fn at(&self, coordinates: &[f64]) -> Option<F> {
         match *coordinates {
             [x] if (0.0..=1.0).contains(&x) => Some(F::from_f64(x)),
             _ => None,
         }
     }
-
-    /// Yours, or delete it: the inverse of `point`, with which there is a whole function.
-    fn parameters(&self, x: &Located<F>, t: &mut [f64]) -> bool {
-        t.fill(x.point.to_f64() * f64::from(self.cells) - x.cell as f64);
-        true
-    }
 }
 
-/// Yours, or delete it: starts whose density the chain preserves, so that a whole function scores in every state.
-impl<F: Real> Starts for MyEquation<F> {
+/// As it is: polynomials in the parameters. `Basis<2>` adds those of degree 1.
+impl<F: Real> Basis for MyEquation<F> {}
+
+/// Yours, or delete it: starts whose density the chain preserves, so that a global estimate scores in every state.
+impl<F: Real> Stationary for MyEquation<F> {
     fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> F {
         uniforms.uniform()
     }
@@ -167,22 +140,15 @@ impl<F: Real> Starts for MyEquation<F> {
         1.0
     }
 
-    fn survival(&self) -> Option<f64> {
-        Some(self.lives().to_f64())
-    }
-}
-
-/// As it is for piecewise constants.
-impl<F: Real> Basis for MyEquation<F> {
-    fn basis(&self, _: &Located<F>) -> [F; 1] {
-        [F::one()]
+    fn is_preserved(&self) -> bool {
+        true
     }
 }
 
 /// Yours: p_j(x) = ∫_Xj p(x, y) dμ(y), exact, and accurate relative to its own size.
 impl<F: Real> TransitionMoments for MyEquation<F> {
     fn moments(&self, _: &Located<F>, _: usize) -> [[F; 1]; 1] {
-        [[self.lives() / self.per_cell]]
+        [[F::one() / self.per_cell]]
     }
 }
 

@@ -23,8 +23,8 @@ fn the_smallest_program_is_small() {
 }
 
 fn model() -> CustomModel<MyEquation<f64>> {
-    let single = CustomModel::new(|cells, q| MyEquation::<f32>::new(cells as u32, q));
-    CustomModel::new(|cells, q| MyEquation::<f64>::new(cells as u32, q))
+    let single = CustomModel::from_cells(|cells| MyEquation::<f32>::new(cells as u32));
+    CustomModel::from_cells(|cells| MyEquation::<f64>::new(cells as u32))
         .with_pair_integrals::<1>()
         .with_f32(single.with_pair_integrals::<1>())
         .with_solution(|x| 1.2 * x)

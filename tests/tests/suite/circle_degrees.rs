@@ -2,15 +2,17 @@
 
 use core::f64::consts::TAU;
 
-use fredholm_circle::{
-    Circle, MeanOver, Tables, neighbour_second_moment_radius, second_moment_radius,
+use fredholm_circle::MeanOver;
+use fredholm_core::galerkin::{
+    Cells, DiagonalRule, GalerkinMatrix, TransitionMoments, collatz_wielandt_bounds,
+    second_moment_radius,
 };
 use fredholm_core::{
-    At, Batch, Estimator, Form, Length, Located, Neighbour, RngUniforms, Statistics, Task,
-    Uniforms, WalkSeeds, rounding_floor,
+    At, Estimator, Goal, Located, Neighbour, RngUniforms, Statistics, Uniforms, WalkSeeds,
+    rounding_floor,
 };
-use fredholm_tests::circle::{DEFAULT, LIGHT, PAPER, with_piecewise, with_polynomials};
-use fredholm_tests::{fit, on_all_cores};
+use fredholm_tests::circle::{DEFAULT, LIGHT, PAPER, circle, with_polynomials};
+use fredholm_tests::{fit, on_all_cores, paper, run};
 
 /// Ten arcs up to the paper's ρ* = 0.75.
 const RHO: [f64; 10] = [0.3, 0.7, 0.0, 0.55, 0.74, 0.1, 0.62, 0.25, 0.48, 0.4];
@@ -24,34 +26,18 @@ fn at_random_points<const B: usize>(cells: usize, points: usize) -> Vec<(f64, St
     let angles: Vec<f64> = (0..points)
         .map(|_| TAU * Uniforms::<f64>::uniform(&mut draws))
         .collect();
-    let all = |circle: &Circle<'_, f64, _>,
-               neighbour: &(dyn Neighbour<Scalar = f64, Point = _> + Sync)| {
+    with_polynomials::<f64, _, _, _, B>(&RHO, cells, LIGHT, DEFAULT, |circle, neighbour, _| {
         let one = |number: usize| {
             let angle = angles[number];
             let x = circle.point(angle);
-            let task = Task {
-                equation: circle,
-                neighbour,
-                functional: &At(x),
-                control_mean: Some(neighbour.value(&neighbour.locate(x))),
-                estimator: Estimator::Absorption,
-                form: Form::Product,
-                seeds: <WalkSeeds>::new(1, number as u64),
-                length: Length::default(),
-            };
-            let mut batch = Batch::new(0, WALKS, WALKS);
-            batch.run(&task, u64::MAX).unwrap();
-            (LIGHT.solution(angle), *batch.statistics())
+            let v = neighbour.value(&neighbour.locate(x));
+            let options = paper(Estimator::Absorption, number as u64);
+            let goal = Goal::new(At(x), Some(v));
+            let statistics = run(circle, neighbour, &goal, options, WALKS);
+            (LIGHT.solution(angle), statistics)
         };
         on_all_cores(angles.len(), &one)
-    };
-    if B == 1 {
-        with_piecewise::<f64, _, _, _>(&RHO, cells, LIGHT, DEFAULT, |circle, n, _| all(circle, n))
-    } else {
-        with_polynomials::<f64, _, _, _, B>(&RHO, cells, LIGHT, DEFAULT, |circle, n, _| {
-            all(circle, n)
-        })
-    }
+    })
 }
 
 /// The root mean squares of the standard deviations, plain and preconditioned.
@@ -137,7 +123,7 @@ fn means_of_polynomials_are_those_of_v() {
             (0.5 * cell, 7.3 * cell),
             (cell, 2.0 * cell),
         ] {
-            let mean = MeanOver::new(circle, from, to).unwrap().of(v);
+            let mean = MeanOver::new(from, to).unwrap().of(20, v);
             // Simpson's rule between the cells' ends and the interval's.
             let mut ends: Vec<f64> = (0..=20).map(|i| f64::from(i) * cell).collect();
             ends.extend([from, to]);
@@ -165,24 +151,43 @@ fn means_of_polynomials_are_those_of_v() {
     });
 }
 
-/// On a fine partition h is near k = ρ/(1 − q0), so that T_h²p has nearly the radius of T_k²p; with the diagonal
+/// The spectral radius of T_h²p.
+fn radius<const B: usize>(reflectance: &[f64], cells: usize, pairs: DiagonalRule) -> f64 {
+    let circle = circle::<f64, f64, _>(reflectance, cells, LIGHT);
+    second_moment_radius::<_, _, _, B>(
+        &circle,
+        &circle.system::<B>(),
+        &pairs,
+        // Within the cell: at its very ends a point belongs to the next.
+        |i| [1e-6, 0.5, 1.0 - 1e-6].map(|t| Cells::point(&circle, i, &[t])),
+        |x, j| {
+            let [[mass]] = circle.moments(x, j);
+            reflectance[x.cell * reflectance.len() / cells].powi(2) * mass
+        },
+    )
+    .unwrap()
+}
+
+/// On a fine partition h is near k = ρ, so that T_h²p has nearly the radius of T_k²p; with the diagonal
 /// left out it has less.
 #[test]
 fn the_second_moment_of_h_is_near_that_of_k() {
-    let tables = Tables::<f64>::new(&RHO, 100).unwrap();
-    let circle = Circle::new(tables.cells(), LIGHT, 0.2).unwrap();
-    let of_k = second_moment_radius(&circle);
-    let cubic = circle.with_functions::<4>();
-    let of_h = neighbour_second_moment_radius(&cubic, &DEFAULT).unwrap();
-    let without = neighbour_second_moment_radius(&cubic, &PAPER).unwrap();
+    let circle = circle::<f64, f64, _>(&RHO, 100, LIGHT);
+    let (mut w, mut next) = ([1.0; 100], [0.0; 100]);
+    let mut apply = |w: &[f64], out: &mut [f64]| {
+        circle.system::<1>().apply(w, out);
+        for (i, out) in out.iter_mut().enumerate() {
+            *out *= RHO[i / 10];
+        }
+    };
+    let [_, of_k] = collatz_wielandt_bounds(&mut apply, &mut w, &mut next, 100);
+    let of_h = radius::<4>(&RHO, 100, DEFAULT);
+    let without = radius::<4>(&RHO, 100, PAPER);
     println!("k: {of_k}, h: {of_h}, without the diagonal {without}");
     // The supremum over a cell in place of its mean is off by O(1/n).
     assert!((of_h / of_k - 1.0).abs() < 0.03);
     assert!(without < of_h);
     // Two cells are too few for anything, and it is finite all the same.
-    let tables = Tables::<f64>::new(&[0.74, 0.74], 2).unwrap();
-    let coarse = Circle::new(tables.cells(), LIGHT, 0.2).unwrap();
-    let coarse = coarse.with_functions::<5>();
-    let of_h = neighbour_second_moment_radius(&coarse, &PAPER).unwrap();
+    let of_h = radius::<5>(&[0.74, 0.74], 2, PAPER);
     assert!(of_h > 0.0 && of_h.is_finite(), "{of_h}");
 }

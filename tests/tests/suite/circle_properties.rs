@@ -1,11 +1,11 @@
 //! Whatever a circle's constructors accept, walks on it end with finite scores and no panic; what
 //! they refuse, they refuse by an error.
 
-use fredholm_circle::{Circle, CircleError, Harmonic, Residual, Tables, residual_moments};
-use fredholm_core::galerkin::{DiagonalRule, PairKind, Piecewise};
-use fredholm_core::{
-    At, Batch, Estimator, Form, Length, Neighbour, Real, Statistics, Task, WalkSeeds,
-};
+use fredholm_circle::{Circle, CircleError, Harmonic, OwnedTables, Residual};
+use fredholm_core::galerkin::Piecewise;
+use fredholm_core::{Absorption, At, Goal, NeighbourOf, Real, Statistics, WalkOptions};
+use fredholm_tests::circle::{DEFAULT, Owned};
+use fredholm_tests::{all_ways, run};
 use proptest::prelude::*;
 
 /// A scene, valid or not.
@@ -13,7 +13,6 @@ use proptest::prelude::*;
 struct Scene {
     reflectance: Vec<f64>,
     cells: usize,
-    absorption: f64,
     light: Harmonic,
     angle: f64,
 }
@@ -29,11 +28,10 @@ fn scenes() -> impl Strategy<Value = Scene> {
     (
         prop::collection::vec(reflectance, 0..5),
         0..60_usize,
-        prop_oneof![20 => 0.01..0.999, 1 => prop_oneof![Just(0.0), Just(1.0), Just(f64::NAN)]],
         light,
         0.0..core::f64::consts::TAU,
     )
-        .prop_map(|(reflectance, cells, absorption, light, angle)| Scene {
+        .prop_map(|(reflectance, cells, light, angle)| Scene {
             // Most are multiples of the arcs.
             cells: if cells > 50 {
                 cells
@@ -41,7 +39,6 @@ fn scenes() -> impl Strategy<Value = Scene> {
                 cells * reflectance.len()
             },
             reflectance,
-            absorption,
             light: Harmonic {
                 constant: light.0,
                 amplitude: light.1,
@@ -51,51 +48,37 @@ fn scenes() -> impl Strategy<Value = Scene> {
         })
 }
 
-fn solve<F: Real>(scene: &Scene, estimator: Estimator) -> Result<[Statistics; 2], CircleError> {
-    let tables = Tables::<f64>::new(&scene.reflectance, scene.cells)?;
-    let circle = Circle::new(tables.cells(), scene.light, scene.absorption)?;
-    let pairs = DiagonalRule {
-        diagonal: PairKind::Pointwise,
-    };
-    let solution = circle.solve(1e-14, 50).expect("reflectances are below 1");
+fn solve<F: Real>(scene: &Scene, options: WalkOptions) -> Result<[Statistics; 2], CircleError> {
+    let tables = OwnedTables::<f64>::new(&scene.reflectance, scene.cells)?;
+    let circle = Circle::new(tables, scene.light)?;
+    let system = circle.system::<1>();
+    let solution = system.solve(1e-14, 50).expect("reflectances are below 1");
     let (v, g) = (
         solution.rounded::<F>().expect("memory"),
-        solution.source(&circle, &pairs).expect("its cells"),
+        solution.source(&system, &DEFAULT).expect("its cells"),
     );
-    let moments = residual_moments(&circle, &solution).expect("its cells");
+    let moments = system.residual_moments(&solution).expect("its cells");
 
-    let tables = Tables::<F>::new(&scene.reflectance, scene.cells)?;
-    let circle = Circle::new(tables.cells(), scene.light, scene.absorption)?;
-    let piecewise = Piecewise::with_pointwise(&circle, &circle, pairs, &v, &g).expect("its cells");
-    let residual = Residual::new(&circle, &v, &moments)?;
+    let tables = OwnedTables::<F>::new(&scene.reflectance, scene.cells)?;
+    let circle = Circle::new(tables, scene.light)?;
+    let system = circle.system::<1>();
+    let piecewise: Piecewise<'_, _, _, _, _, _, 1> =
+        Piecewise::with_pointwise(&circle, &system, DEFAULT, &v, &g).expect("its cells");
+    let residual = Residual::<_, 1>::new(circle.tables(), &v, &moments).expect("its cells");
     Ok([
-        walks(&circle, &piecewise, scene.angle, estimator),
-        walks(&circle, &residual, scene.angle, estimator),
+        walks(&circle, &piecewise, scene.angle, options),
+        walks(&circle, &residual, scene.angle, options),
     ])
 }
 
-fn walks<F: Real, N>(
-    circle: &Circle<'_, F, Harmonic>,
+fn walks<F: Real, N: NeighbourOf<Owned<F, Harmonic>> + Sync>(
+    circle: &Owned<F, Harmonic>,
     neighbour: &N,
     angle: f64,
-    estimator: Estimator,
-) -> Statistics
-where
-    N: Neighbour<Scalar = F, Point = fredholm_circle::Point<F>>,
-{
-    let task = Task {
-        equation: circle,
-        neighbour,
-        functional: &At(circle.point(angle)),
-        control_mean: None,
-        estimator,
-        form: Form::Product,
-        seeds: <WalkSeeds>::new(1, 0),
-        length: Length::default(),
-    };
-    let mut batch = Batch::new(0, 50, 50);
-    batch.run(&task, u64::MAX).expect("finite scores");
-    *batch.statistics()
+    options: WalkOptions,
+) -> Statistics {
+    let goal = Goal::new(At(circle.point(angle)), None);
+    run(circle, neighbour, &goal, options, 50)
 }
 
 fn acceptable(scene: &Scene) -> bool {
@@ -104,8 +87,6 @@ fn acceptable(scene: &Scene) -> bool {
         && scene.reflectance.iter().all(|r| (0.0..1.0).contains(r))
         && scene.cells > 0
         && scene.cells.is_multiple_of(arcs)
-        && scene.absorption > 0.0
-        && scene.absorption < 1.0
         && scene.light.frequency > 0
 }
 
@@ -114,11 +95,17 @@ proptest! {
 
     #[test]
     fn accepted_scenes_are_solved_and_others_refused(scene in scenes()) {
-        for estimator in [Estimator::Absorption, Estimator::Collision] {
-            for solved in [solve::<f64>(&scene, estimator), solve::<f32>(&scene, estimator)] {
+        for options in all_ways(1) {
+            // Where a wall reflects nearly all, a walk by roulette hardly ends.
+            let is_roulette = options.absorption == Absorption::Roulette;
+            let step_limit = if is_roulette { 1000 } else { options.step_limit };
+            let options = WalkOptions { step_limit, ..options };
+            for solved in [solve::<f64>(&scene, options), solve::<f32>(&scene, options)] {
                 prop_assert_eq!(solved.is_ok(), acceptable(&scene));
                 for statistics in solved.into_iter().flatten() {
-                    prop_assert_eq!(statistics.terminations().absorbed, 50);
+                    let ends = statistics.terminations();
+                    let cut_off = if is_roulette { ends.step_limit } else { 0 };
+                    prop_assert_eq!(ends.absorbed + cut_off, 50);
                 }
             }
         }

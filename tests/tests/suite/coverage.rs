@@ -1,30 +1,29 @@
 //! Error bars are honest: how many of the program's 95 % intervals, estimate ± 1.96 standard errors, contain the exact
-//! value. `docs/coverage.md` has the table.
+//! value.
 
 use core::fmt;
 
 use fredholm_circle::{MeanOver, Point};
 use fredholm_core::{
-    At, Batch, Equation, Estimate, Estimator, Form, Functional, Length, Neighbour, NeighbourOf,
-    Statistics, Task, WalkSeeds,
+    At, Batch, Equation, Estimate, Functional, Goal, Job, Neighbour, NeighbourOf, Statistics,
+    WalkOptions,
 };
 use fredholm_cube::{Mean, ScalarField, model};
 use fredholm_room::{Choice, Grading};
+use fredholm_tests::check::long;
 use fredholm_tests::circle::{DEFAULT, LIGHT, RHO, with_piecewise};
 use fredholm_tests::cube::with_degree;
 use fredholm_tests::outcome::Sum;
 use fredholm_tests::room::{Drawing, Setup, block, glowing};
-use fredholm_tests::{on_all_cores, run, with_objects};
+use fredholm_tests::{Objects, all_ways, check, on_all_cores};
 
-const ESTIMATORS: [Estimator; 2] = [Estimator::Absorption, Estimator::Collision];
+/// What the walks are called.
+const WAYS: [&str; 3] = ["Absorption", "Collision", "Roulette"];
+
 /// Half the width of an interval in standard errors, as the program draws its bands.
 const HALF_WIDTH: f64 = 1.96;
 /// Batches of the moments of one walk.
 const GROUP: u64 = 1 << 14;
-
-fn long() -> bool {
-    std::env::var_os("FREDHOLM_LONG").is_some()
-}
 
 /// Seeds and numbers of walks: with `FREDHOLM_LONG` those of the table, else what takes seconds.
 fn sizes() -> (u64, &'static [u64]) {
@@ -39,7 +38,7 @@ fn sizes() -> (u64, &'static [u64]) {
 struct Row {
     scene: &'static str,
     target: &'static str,
-    estimator: Estimator,
+    way: &'static str,
     preconditioned: bool,
     walks: u64,
     seeds: u64,
@@ -89,7 +88,7 @@ impl fmt::Display for Row {
             "{:14} {:5} {:10} {estimate:14} {:6} {:6.1} % {:5.1} % {:5.1} % {:5.2} {:8.1} {:9.0} {:6.1} %  {verdict}",
             self.scene,
             self.target,
-            format!("{:?}", self.estimator),
+            self.way,
             self.walks,
             100.0 * self.share(),
             100.0 * self.below as f64 / self.seeds as f64,
@@ -102,7 +101,7 @@ impl fmt::Display for Row {
     }
 }
 
-const HEADER: &str = "scene          at    estimator  estimate        walks  covers    below   above error     skew   \
+const HEADER: &str = "scene          at    walks by   estimate        walks  covers    below   above error     skew   \
                       kurtosis  2nd order";
 
 /// Of so many intervals that each contain the exact value with probability 0.95, the fewest and the most that do
@@ -137,32 +136,32 @@ fn the_band_is_that_of_the_binomial() {
 }
 
 /// Skewness and kurtosis of both scores, of four million walks, or 2¹⁴.
-fn moments<E, N, T>(task: &Task<'_, E, N, T, fredholm_core::DefaultGenerator>) -> [[f64; 2]; 2]
+fn moments<E, N, T>(case: &Case<'_, E, N, T>, options: WalkOptions) -> [[f64; 2]; 2]
 where
-    E: Equation<Scalar = f64> + Sync,
+    E: Equation<Scalar = f64, Value = f64> + Sync,
     N: NeighbourOf<E> + Sync,
     T: Functional<E> + Sync,
 {
     let groups = if long() { 256 } else { 1 };
-    let all = run(task, GROUP);
+    let objects = || Objects::new(case.equation, case.neighbour, &case.goal);
+    let all = check::run(&objects().job(options), GROUP)[0];
     let centres = [all.plain(), all.preconditioned()].map(|e| e.estimate);
-    let value = task.control_mean.unwrap();
+    let value = case.goal.control_mean.unwrap();
     let sums: Vec<[[Sum; 4]; 2]> = on_all_cores(groups as usize, &|group| {
         let group = group as u64;
         let mut sums = [[Sum::default(); 4]; 2];
-        with_objects(task, |task| {
-            for walk in group * GROUP..(group + 1) * GROUP {
-                let walk = task.replay(walk);
-                let scores = [walk.plain, walk.plain - walk.control + value];
-                for ((sums, score), centre) in sums.iter_mut().zip(scores).zip(centres) {
-                    let mut power = 1.0;
-                    for sum in sums {
-                        power *= score - centre;
-                        sum.add(power);
-                    }
+        let objects = objects();
+        for walk in group * GROUP..(group + 1) * GROUP {
+            let walk = objects.job(options).replay(0, walk).unwrap();
+            let scores = [walk.plain, walk.plain - walk.control + value];
+            for ((sums, score), centre) in sums.iter_mut().zip(scores).zip(centres) {
+                let mut power = 1.0;
+                for sum in sums {
+                    power *= score - centre;
+                    sum.add(power);
                 }
             }
-        });
+        }
         sums
     });
     [0, 1].map(|which| {
@@ -185,47 +184,36 @@ struct Case<'a, E, N, T> {
     target: &'static str,
     equation: &'a E,
     neighbour: &'a N,
-    functional: T,
-    /// (v, Φ).
-    value: f64,
+    goal: Goal<T, f64>,
     exact: f64,
 }
 
 impl<E, N, T> Case<'_, E, N, T>
 where
-    E: Equation<Scalar = f64> + Sync,
+    E: Equation<Scalar = f64, Value = f64> + Sync,
     N: NeighbourOf<E> + Sync,
     T: Functional<E> + Sync,
 {
     fn rows(&self, seeds: u64, walks: &[u64]) -> Vec<Row> {
-        let rows = ESTIMATORS.map(|estimator| self.of(estimator, seeds, walks));
-        rows.into_iter().flatten().collect()
+        (0..3).flat_map(|way| self.of(way, seeds, walks)).collect()
     }
 
-    fn of(&self, estimator: Estimator, seeds: u64, walks: &[u64]) -> Vec<Row> {
-        let task = |seed| Task {
-            equation: self.equation,
-            neighbour: self.neighbour,
-            functional: &self.functional,
-            control_mean: Some(self.value),
-            estimator,
-            form: Form::Product,
-            seeds: <WalkSeeds>::new(seed, 0),
-            length: Length::default(),
-        };
+    fn of(&self, way: usize, seeds: u64, walks: &[u64]) -> Vec<Row> {
+        let options = |seed| all_ways(seed)[way];
         let most = *walks.last().unwrap();
         let run = |seed: usize| -> Vec<Statistics> {
-            let task = task(seed as u64 + 1);
-            let mut batch = Batch::new(0, most, most);
+            let objects = Objects::new(self.equation, self.neighbour, &self.goal);
+            let job = objects.job(options(seed as u64 + 1));
+            let mut batch = [Batch::new(0, most, most)];
             let to = |&walks: &u64| {
-                let more = walks - batch.statistics().walks();
-                with_objects(&task, |task| batch.run(task, more)).unwrap();
-                *batch.statistics()
+                let more = walks - batch[0].statistics().walks();
+                job.run(0, &mut batch, more).unwrap();
+                *batch[0].statistics()
             };
             walks.iter().map(to).collect()
         };
         let runs: Vec<Vec<Statistics>> = on_all_cores(seeds as usize, &run);
-        let moments = moments(&task(u64::MAX));
+        let moments = moments(self, options(u64::MAX));
         let estimates: [fn(&Statistics) -> Estimate; 2] =
             [Statistics::plain, Statistics::preconditioned];
         let mut rows = Vec::new();
@@ -235,7 +223,7 @@ where
                 let mut row = Row {
                     scene: self.scene,
                     target: self.target,
-                    estimator,
+                    way: WAYS[way],
                     preconditioned: which == 1,
                     walks,
                     seeds,
@@ -272,18 +260,16 @@ fn circle(scene: &'static str, cells: usize, seeds: u64, walks: &[u64]) -> Vec<R
             target: "point",
             equation: circle,
             neighbour,
-            functional: At(x),
-            value: neighbour.value(&neighbour.locate(x)),
+            goal: Goal::new(At(x), Some(neighbour.value(&neighbour.locate(x)))),
             exact: LIGHT.solution(0.3),
         };
-        let mean = MeanOver::new(circle, 0.0, core::f64::consts::TAU).unwrap();
+        let mean = MeanOver::new(0.0, core::f64::consts::TAU).unwrap();
         let mean = Case {
             scene,
             target: "mean",
             equation: circle,
             neighbour,
-            value: mean.of(v),
-            functional: mean,
+            goal: Goal::new(mean, Some(mean.of(cells, v))),
             exact: LIGHT.constant,
         };
         let mut rows = point.rows(seeds, walks);
@@ -302,8 +288,7 @@ fn cube(seeds: u64, walks: &[u64]) -> Vec<Row> {
             target: "point",
             equation: cube,
             neighbour,
-            functional: At(x),
-            value: neighbour.value(&neighbour.locate(x)),
+            goal: Goal::new(At(x), Some(neighbour.value(&neighbour.locate(x)))),
             exact: ScalarField::value(&model.solution, &x),
         };
         let mean = Case {
@@ -311,8 +296,7 @@ fn cube(seeds: u64, walks: &[u64]) -> Vec<Row> {
             target: "mean",
             equation: cube,
             neighbour,
-            functional: Mean,
-            value: Mean::of_blocks::<f64, 1>(v),
+            goal: Goal::new(Mean, Some(Mean::of(v, 1))),
             exact: model.mean::<2>(),
         };
         let mut rows = point.rows(seeds, walks);
@@ -325,25 +309,24 @@ fn cube(seeds: u64, walks: &[u64]) -> Vec<Row> {
 /// pointwise, a state costs as many integrals as there are.
 fn room(scene: &'static str, drawing: &Drawing, seeds: u64, walks: &[u64]) -> Vec<Row> {
     let setup = Setup::new::<f64>(drawing, 40, Grading::default()).unwrap();
-    setup.with::<f64, _>(Choice::Default, |room, neighbour, v, lengths| {
-        let x = room.point(0, 0.37).unwrap();
+    setup.with::<f64, _>(Choice::Default, |room, neighbour, v| {
+        let x = room.on_wall(0, 0.37).unwrap();
         let point = Case {
             scene,
             target: "point",
             equation: room,
             neighbour,
-            functional: At(x),
-            value: neighbour.value(&neighbour.locate(x)),
+            goal: Goal::new(At(x), Some(neighbour.value(&neighbour.locate(x)))),
             exact: 1.0,
         };
-        let mean = fredholm_room::MeanOver::new(room, lengths, 0..lengths.len() - 1).unwrap();
+        let mean = fredholm_room::MeanOver::everything(room);
+        let value = mean.of(v);
         let mean = Case {
             scene,
             target: "mean",
             equation: room,
             neighbour,
-            value: mean.of(v),
-            functional: mean,
+            goal: Goal::new(mean, Some(value)),
             exact: 1.0,
         };
         let mut rows = point.rows(seeds, walks);

@@ -1,35 +1,48 @@
 //! The runner for devices: the bits of the others, saved states, tables.
 
-use core::cell::Cell;
+use core::sync::atomic::{AtomicBool, Ordering};
+use std::fs;
 
-use fredholm_circle::{Cells, Circle, CircleError, Harmonic};
-use fredholm_core::galerkin::DiagonalRule;
+use fredholm_circle::{BorrowedTables, Cell, CircleError, OwnedTables, Slot, Tables as _};
 use fredholm_core::{
-    At, DefaultGenerator, Estimator, Form, Goal, Goals, Length, Neighbour, NoNeighbour, Real,
-    RunOptions, RunOptionsError, Sampler, Statistics, StopReason, Task, Tolerance, WalkOptions,
-    WalkSeeds,
+    Absorption, At, Chain, Equation, Estimator, Form, Functional, Goal, Goals, NeighbourOf,
+    NoNeighbour, Real, RunOptions, RunOptionsError, Space, Statistics, StopReason, Tolerance,
+    Uniforms, WalkOptions,
 };
 use fredholm_embedded::{
-    Driver, State, StateError, Table, TableBuilder, TableError, zerocopy::IntoBytes,
+    Driver, DriverError, State, StateError, TableBuilder, TableError, Tables, zerocopy::IntoBytes,
 };
-use fredholm_tests::circle::{DEFAULT, LIGHT, OnCircle, RHO, with_piecewise};
 use fredholm_tests::device::{With, lines};
+use fredholm_tests::toy::{Coloured, Toy};
+use fredholm_tests::{check, device_tables};
 use proptest::prelude::*;
 use rand::rngs::ChaCha8Rng;
 
-type Lit<'a, F> = Circle<'a, F, Harmonic>;
-type Lights<'a, F> = OnCircle<'a, F, Harmonic, DiagonalRule>;
-type OnDevice<'a, F> =
-    Driver<'a, Lit<'a, F>, Lights<'a, F>, At<fredholm_circle::Point<F>>, DefaultGenerator>;
+/// The tables in the repository are those that a workstation makes: `FREDHOLM_WRITE=1` writes them.
+#[test]
+fn the_firmwares_tables_are_those_of_a_workstation() {
+    let folder = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../runners/embedded/firmware/tables"
+    );
+    let tables = [
+        ("circle_f32.bin", device_tables::circle::<f32>()),
+        ("scene_f32.bin", device_tables::scene::<f32>()),
+    ];
+    for (name, tables) in tables {
+        let path = format!("{folder}/{name}");
+        if std::env::var_os("FREDHOLM_WRITE").is_some() {
+            fs::write(&path, tables.to_bytes()).unwrap();
+        }
+        assert!(fs::read(&path).unwrap() == tables.to_bytes(), "{name}");
+    }
+}
 
 #[test]
 fn the_firmwares_cases_have_the_same_bits_from_every_runner() {
     let embedded = lines(With::Embedded(u64::MAX));
-    // Thirty-six of problem, degree, start and scalar; two estimators.
-    assert_eq!(embedded.lines().count(), 72);
-    for name in ["circle/", "cube/", "room ", "room/", "scene ", "scene/"] {
-        assert!(embedded.lines().any(|line| line.starts_with(name)));
-    }
+    // Five of problem, start and scalar, by three ends of walks.
+    assert_eq!(embedded.lines().count(), 15);
     assert!(embedded.lines().any(|line| line.contains("walks 2048 ")));
     assert!(embedded.lines().any(|line| line.contains("walks 1000 ")));
     for with in [
@@ -43,57 +56,30 @@ fn the_firmwares_cases_have_the_same_bits_from_every_runner() {
     }
 }
 
-/// Any generator of `rand_core` serves, and is part of what the bits depend on.
-#[test]
-fn another_generator_has_the_same_bits_from_either_runner() {
-    scene::<f64, _>(|circle, neighbour, start| {
-        let default = task(circle, neighbour, start, Estimator::Absorption);
-        let goals = [Goal {
-            functional: *start,
-            control_mean: default.control_mean,
-        }];
-        let options = WalkOptions {
-            seed: 5,
-            ..WalkOptions::default()
-        };
-        let job = Goals::new(circle, neighbour, &goals, options).with_generator::<ChaCha8Rng>();
-        let outcome = fredholm_rayon::run(&job, &RunOptions::new(1000), None, &()).unwrap();
-        let mut chacha = Driver::new(
-            Task {
-                equation: circle,
-                neighbour,
-                functional: start,
-                control_mean: default.control_mean,
-                estimator: default.estimator,
-                form: Form::Product,
-                seeds: WalkSeeds::<ChaCha8Rng>::new(5, 0),
-                length: default.length,
-            },
-            RunOptions::new(1000),
-        )
-        .unwrap();
-        chacha.poll(u64::MAX).unwrap();
-        assert_eq!(chacha.statistics(), outcome.statistics[0]);
-    });
+/// Walks of the toy from one point.
+struct Walks<F: Real> {
+    toy: Toy<F>,
+    none: NoNeighbour<Toy<F>>,
+    goals: [Goal<At<F>, f64>; 1],
+    options: WalkOptions,
 }
 
-/// A task for u(0.3) on 20 cells.
-fn task<'a, F: Real>(
-    circle: &'a Lit<'a, F>,
-    neighbour: &'a Lights<'a, F>,
-    start: &'a At<fredholm_circle::Point<F>>,
-    estimator: Estimator,
-) -> Task<'a, Lit<'a, F>, Lights<'a, F>, At<fredholm_circle::Point<F>>, DefaultGenerator> {
-    let v0 = neighbour.value(&neighbour.locate(start.0)).to_f64();
-    Task {
-        equation: circle,
-        neighbour,
-        functional: start,
-        control_mean: Some(v0),
-        estimator,
-        form: Form::Product,
-        seeds: WalkSeeds::new(5, 2),
-        length: Length::default(),
+impl<F: Real> Walks<F> {
+    fn new() -> Self {
+        let toy = Toy::new(8);
+        Self {
+            none: NoNeighbour::new(&toy),
+            toy,
+            goals: [Goal::new(At(F::from_f64(0.3)), Some(0.0))],
+            options: WalkOptions {
+                seed: 5,
+                ..WalkOptions::default()
+            },
+        }
+    }
+
+    fn job(&self) -> Goals<'_, Toy<F>, NoNeighbour<Toy<F>>, At<F>> {
+        Goals::new(&self.toy, &self.none, &self.goals, self.options)
     }
 }
 
@@ -105,152 +91,159 @@ fn run_options(tolerance: Option<Tolerance>) -> RunOptions {
     }
 }
 
-/// Calls back with a circle of `F`, its neighbour equation and a start.
-fn scene<F: Real, R>(
-    then: impl FnOnce(&Lit<'_, F>, &Lights<'_, F>, &At<fredholm_circle::Point<F>>) -> R,
-) -> R {
-    with_piecewise::<F, _, _, _>(&RHO, 20, LIGHT, DEFAULT, |circle, neighbour, _| {
-        then(circle, neighbour, &At(circle.point(0.3)))
-    })
+/// Any generator of `rand_core` serves, and is part of what the bits depend on.
+#[test]
+fn another_generator_has_the_same_bits_from_either_runner() {
+    let walks = Walks::<f64>::new();
+    let job = walks.job().with_generator::<ChaCha8Rng>();
+    let outcome = fredholm_rayon::run(&job, &RunOptions::new(1000), None, &()).unwrap();
+    let mut chacha = Driver::<_, 1>::new(&job, 0, RunOptions::new(1000)).unwrap();
+    chacha.poll(u64::MAX).unwrap();
+    assert_eq!(chacha.statistics(), outcome.statistics[..]);
+    assert_ne!(outcome.statistics, check::run(&walks.job(), 1000));
 }
 
 /// Power fails at all of `cuts`: bytes are saved, everything else is lost.
-fn interrupted<F: Real>(
-    estimator: Estimator,
+fn interrupted<E, N, T, const S: usize>(
+    job: &Goals<'_, E, N, T>,
     run_options: RunOptions,
     cuts: &[u64],
-    through: impl Fn(State) -> State,
-) -> (Statistics, Option<StopReason>) {
-    scene::<F, _>(|circle, neighbour, start| {
-        let fresh = || task(circle, neighbour, start, estimator);
-        let mut driver = Driver::new(fresh(), run_options).unwrap();
-        for &walks in cuts {
-            driver.poll(walks).unwrap();
-            let before = (driver.statistics(), driver.stop());
-            let state = through(driver.save());
-            driver = Driver::restore(fresh(), run_options, &state).unwrap();
-            // Walks that were lost and run again would end with the same bits, too.
-            assert_eq!((driver.statistics(), driver.stop()), before);
-        }
-        driver.poll(u64::MAX).unwrap();
-        (driver.statistics(), driver.stop())
-    })
-}
-
-fn through_bytes(state: State) -> State {
-    let bytes = state.to_bytes();
-    assert_eq!(bytes.len(), State::BYTES);
-    State::from_bytes(&bytes).unwrap()
-}
-
-fn through_json(state: State) -> State {
-    let text = serde_json::to_string(&state).unwrap();
-    serde_json::from_str(&text).unwrap()
+) -> ([Statistics; S], Option<StopReason>)
+where
+    E: Equation + Sync,
+    N: NeighbourOf<E> + Sync,
+    T: Functional<E> + Sync,
+{
+    let mut driver = Driver::<_, S>::new(job, 0, run_options).unwrap();
+    for &walks in cuts {
+        driver.poll(walks).unwrap();
+        let mut bytes = vec![0; State::<S>::BYTES];
+        driver.save().write(&mut bytes).unwrap();
+        let state = State::read(&bytes).unwrap();
+        driver = Driver::restore(job, 0, run_options, &state).unwrap();
+    }
+    driver.poll(u64::MAX).unwrap();
+    (driver.statistics(), driver.stop())
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 100, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig::with_cases(16))]
 
-    /// Up to five resets at any walks, at ends of batches and stages too, and behind the end.
+    /// With power cuts anywhere, in both scalars, in one channel and in three with their sum.
     #[test]
-    fn a_run_saved_and_restored_anywhere_ends_with_the_same_bits(
-        cuts in prop::collection::vec(prop_oneof![0_u64..1700, (0_u64..17).prop_map(|k| 100 * k)], 1..6),
-        collision in any::<bool>(),
-        error in prop_oneof![
-            Just(None),
-            Just(Some(Tolerance::Absolute(5e-3))),
-            Just(Some(Tolerance::Relative(1e-9))),
-        ],
+    fn interrupted_runs_end_with_the_same_bits(
+        cuts in prop::collection::vec(0_u64..1500, 0..6),
+        tolerance in prop::sample::select(vec![None, Some(0.02), Some(1e-9)]),
     ) {
-        let estimator = if collision { Estimator::Collision } else { Estimator::Absorption };
-        let run_options = run_options(error);
-        let whole = interrupted::<f64>(estimator, run_options, &[], through_bytes);
-        prop_assert_eq!(interrupted::<f64>(estimator, run_options, &cuts, through_bytes), whole);
-        prop_assert_eq!(interrupted::<f64>(estimator, run_options, &cuts, through_json), whole);
-        let whole = interrupted::<f32>(estimator, run_options, &[], through_bytes);
-        prop_assert_eq!(interrupted::<f32>(estimator, run_options, &cuts, through_bytes), whole);
+        let run_options = run_options(tolerance.map(Tolerance::Absolute));
+        let (wide, narrow) = (Walks::<f64>::new(), Walks::<f32>::new());
+        let (wide, narrow) = (wide.job(), narrow.job());
+        let whole = interrupted::<_, _, _, 1>(&wide, run_options, &[]);
+        prop_assert_eq!(interrupted(&wide, run_options, &cuts), whole);
+        let whole = interrupted::<_, _, _, 1>(&narrow, run_options, &[]);
+        prop_assert_eq!(interrupted(&narrow, run_options, &cuts), whole);
+
+        let coloured = Coloured::<f64>::coloured(8);
+        let none = NoNeighbour::new(&coloured);
+        let nothing = fredholm_core::Value::splat(3, 0.0);
+        let goals = [Goal { functional: At(0.3), control_mean: None, known: nothing }];
+        let job: Goals<'_, _, _, _> = Goals::new(&coloured, &none, &goals, WalkOptions::default());
+        let job = job.with_sum(&[1.0, 2.0, 3.0]);
+        let whole = interrupted::<_, _, _, 4>(&job, run_options, &[]);
+        prop_assert_eq!(interrupted(&job, run_options, &cuts), whole);
+        let rayon = fredholm_rayon::run(&job, &run_options, None, &()).unwrap();
+        prop_assert_eq!((&whole.0[..], whole.1), (&rayon.statistics[..], Some(rayon.stop)));
     }
 }
 
 #[test]
-fn a_run_ends_as_the_plan_says() {
-    let run =
-        |run_options| interrupted::<f64>(Estimator::Collision, run_options, &[], through_bytes);
-    let (all, stop) = run(run_options(None));
+fn a_run_ends_as_the_options_say() {
+    let walks = Walks::<f64>::new();
+    let run = |run_options| interrupted::<_, _, _, 1>(&walks.job(), run_options, &[]);
+    let ([all], stop) = run(run_options(None));
     assert_eq!((all.walks(), stop), (5000, Some(StopReason::Done)));
-    // The standard deviation of a walk is 0.24: 2200 walks, and the stage that ends at 3200.
-    let (some, stop) = run(run_options(Some(Tolerance::Absolute(5e-3))));
+    // The standard deviation of a walk is 0.95: 2256 walks, and the stage that ends at 3200.
+    let ([some], stop) = run(run_options(Some(Tolerance::Absolute(0.02))));
     assert_eq!(stop, Some(StopReason::Done));
-    assert!(some.walks() == 3200 && some.preconditioned().std_error.unwrap() <= 5e-3);
-    let (none, stop) = run(run_options(Some(Tolerance::Absolute(1e-9))));
+    assert!(some.walks() == 3200 && some.preconditioned().std_error.unwrap() <= 0.02);
+    let ([none], stop) = run(run_options(Some(Tolerance::Absolute(1e-9))));
     assert_eq!((none, stop), (all, Some(StopReason::ToleranceNotReached)));
 }
 
 #[test]
 fn polls_are_bounded_and_tell_where_the_run_stands() {
-    scene::<f64, _>(|circle, neighbour, start| {
-        let task = task(circle, neighbour, start, Estimator::Absorption);
-        let mut driver = Driver::new(task, run_options(None)).unwrap();
-        assert_eq!(driver.poll(0).unwrap().walks, 0);
-        let mut walks = 0;
-        loop {
-            let progress = driver.poll(70).unwrap();
-            walks = (walks + 70).min(5000);
-            assert_eq!(progress.walks, walks);
-            assert_eq!(progress.estimate, driver.statistics().preconditioned());
-            assert_eq!(progress.stop, (walks == 5000).then_some(StopReason::Done));
-            if progress.stop.is_some() {
-                break;
-            }
-        }
-        assert_eq!(driver.poll(70).unwrap().walks, 5000);
-    });
+    let walks = Walks::<f64>::new();
+    let job = walks.job();
+    let mut driver = Driver::<_, 1>::new(&job, 0, run_options(None)).unwrap();
+    assert_eq!(driver.poll(0).unwrap().walks, 0);
+    let mut walks = 0;
+    while walks < 5000 {
+        let progress = driver.poll(70).unwrap();
+        walks = (walks + 70).min(5000);
+        let [statistics] = driver.statistics();
+        assert_eq!(progress.walks, walks);
+        assert_eq!(progress.estimate, statistics.preconditioned());
+        assert_eq!(progress.stop, (walks == 5000).then_some(StopReason::Done));
+    }
+    assert_eq!(driver.poll(70).unwrap().walks, 5000);
 }
 
 #[test]
-fn impossible_plans_are_refused() {
-    scene::<f64, _>(|circle, neighbour, start| {
-        let refused = |run_options: RunOptions| {
-            let task = || task(circle, neighbour, start, Estimator::Absorption);
-            let state = Driver::new(task(), RunOptions::new(1)).unwrap().save();
-            let error = Driver::new(task(), run_options).unwrap_err();
-            let restored = Driver::restore(task(), run_options, &state).unwrap_err();
-            assert_eq!(restored, StateError::Options(error));
-            error
-        };
-        assert_eq!(refused(RunOptions::new(0)), RunOptionsError::NoWalks);
-        let mut run_options = RunOptions::new(10);
-        run_options.batch = 0;
-        assert_eq!(refused(run_options), RunOptionsError::NoWalks);
-        for bound in [0.0, -1.0, f64::NAN] {
-            let mut run_options = RunOptions::new(10);
-            run_options.tolerance = Some(Tolerance::Relative(bound));
-            assert_eq!(refused(run_options), RunOptionsError::Tolerance);
-        }
-    });
+fn impossible_runs_are_refused() {
+    let walks = Walks::<f64>::new();
+    let job = walks.job();
+    let refused = |first, run_options: RunOptions| {
+        let state = some_state();
+        let error = Driver::<_, 1>::new(&job, first, run_options).unwrap_err();
+        let restored = Driver::<_, 1>::restore(&job, first, run_options, &state).unwrap_err();
+        assert_eq!(restored, StateError::Driver(error));
+        error
+    };
+    let none = DriverError::Options(RunOptionsError::NoWalks);
+    assert_eq!(refused(0, RunOptions::new(0)), none);
+    let no_batch = RunOptions {
+        batch: 0,
+        ..RunOptions::new(10)
+    };
+    assert_eq!(refused(0, no_batch), none);
+    for bound in [0.0, -1.0, f64::NAN] {
+        let options = run_options(Some(Tolerance::Relative(bound)));
+        let error = DriverError::Options(RunOptionsError::Tolerance);
+        assert_eq!(refused(0, options), error);
+    }
+    assert_eq!(refused(1, run_options(None)), DriverError::Goal);
+    let two = Driver::<_, 2>::new(&job, 0, run_options(None));
+    assert_eq!(two.unwrap_err(), DriverError::Goal);
 }
 
 /// A state after 250 of 5000 walks.
 fn some_state() -> State {
-    scene::<f64, _>(|circle, neighbour, start| {
-        let task = task(circle, neighbour, start, Estimator::Absorption);
-        let mut driver: OnDevice<'_, f64> = Driver::new(task, run_options(None)).unwrap();
-        driver.poll(250).unwrap();
-        driver.save()
-    })
+    let walks = Walks::<f64>::new();
+    let job = walks.job();
+    let mut driver = Driver::new(&job, 0, run_options(None)).unwrap();
+    driver.poll(250).unwrap();
+    driver.save()
+}
+
+fn bytes_of(state: &State) -> Vec<u8> {
+    let mut bytes = vec![0; State::<1>::BYTES];
+    state.write(&mut bytes).unwrap();
+    bytes
 }
 
 #[test]
 fn a_damaged_state_is_refused() {
-    let bytes = some_state().to_bytes();
-    assert_eq!(State::from_bytes(&bytes), Ok(some_state()));
-    for length in 0..bytes.len() {
-        let found = State::from_bytes(&bytes[..length]);
-        assert_eq!(found, Err(StateError::Length { found: length }));
+    let bytes = bytes_of(&some_state());
+    assert_eq!(State::read(&bytes), Ok(some_state()));
+    let expected = bytes.len();
+    for found in 0..expected {
+        let error = StateError::Length { expected, found };
+        assert_eq!(State::<1>::read(&bytes[..found]), Err(error));
+        assert_eq!(some_state().write(&mut vec![0; found]), Err(error));
     }
     // Every bit counts.
     for bit in 0..8 * bytes.len() {
-        let mut spoilt = bytes;
+        let mut spoilt = bytes.clone();
         spoilt[bit / 8] ^= 1 << (bit % 8);
         let expected = match bit / 8 {
             0..4 => StateError::Foreign,
@@ -259,181 +252,151 @@ fn a_damaged_state_is_refused() {
             },
             _ => StateError::Checksum,
         };
-        assert_eq!(State::from_bytes(&spoilt), Err(expected), "bit {bit}");
+        assert_eq!(State::<1>::read(&spoilt), Err(expected), "bit {bit}");
     }
-    assert_eq!(
-        State::from_bytes(&[0; State::BYTES]),
-        Err(StateError::Foreign)
-    );
 }
 
 #[test]
 fn a_state_of_something_else_is_refused() {
     let state = some_state();
-    scene::<f64, _>(|circle, neighbour, start| {
-        let same = || task(circle, neighbour, start, Estimator::Absorption);
-        let restored = |task, run_options| Driver::restore(task, run_options, &state).err();
-        assert_eq!(restored(same(), run_options(None)), None);
+    let restored = |walks: &Walks<f64>, run_options| {
+        Driver::<_, 1>::restore(&walks.job(), 0, run_options, &state).err()
+    };
+    assert_eq!(restored(&Walks::new(), run_options(None)), None);
 
-        let mut other = same();
-        other.estimator = Estimator::Collision;
-        assert_eq!(
-            restored(other, run_options(None)),
-            Some(StateError::OtherOptions)
-        );
-        let mut other = same();
-        other.length.step_limit -= 1;
-        assert_eq!(
-            restored(other, run_options(None)),
-            Some(StateError::OtherOptions)
-        );
-        for change in [
-            |run_options: &mut RunOptions| run_options.walks += 1,
-            |run_options: &mut RunOptions| run_options.batch += 1,
-            |run_options: &mut RunOptions| run_options.tolerance = Some(Tolerance::Absolute(1.0)),
-        ] {
-            let mut other = run_options(None);
-            change(&mut other);
-            assert_eq!(restored(same(), other), Some(StateError::OtherOptions));
-        }
+    let changes: [fn(&mut WalkOptions); 5] = [
+        |options| options.seed += 1,
+        |options| options.step_limit -= 1,
+        |options| options.forced_steps += 1,
+        |options| options.form = Form::Product,
+        |options| {
+            options.absorption = Absorption::Constant {
+                probability: 0.2,
+                estimator: Estimator::Collision,
+            };
+        },
+    ];
+    for change in changes {
+        let mut other = Walks::new();
+        change(&mut other.options);
+        let refused = restored(&other, run_options(None));
+        assert_eq!(refused, Some(StateError::OtherOptions));
+    }
+    let changes: [fn(&mut RunOptions); 3] = [
+        |options| options.walks += 1,
+        |options| options.batch += 1,
+        |options| options.tolerance = Some(Tolerance::Absolute(1.0)),
+    ];
+    for change in changes {
+        let mut other = run_options(None);
+        change(&mut other);
+        let refused = restored(&Walks::new(), other);
+        assert_eq!(refused, Some(StateError::OtherOptions));
+    }
 
-        for seeds in [WalkSeeds::new(6, 2), WalkSeeds::new(5, 3)] {
-            let mut other = same();
-            other.seeds = seeds;
-            assert_eq!(
-                restored(other, run_options(None)),
-                Some(StateError::OtherDraws)
-            );
-        }
-
-        let mut other = same();
-        other.control_mean = None;
-        assert_eq!(
-            restored(other, run_options(None)),
-            Some(StateError::OtherEquation)
-        );
-        let elsewhere = At(circle.point(0.31));
-        let mut other = same();
-        other.functional = &elsewhere;
-        assert_eq!(
-            restored(other, run_options(None)),
-            Some(StateError::OtherEquation)
-        );
-    });
-    // Another scalar, another neighbour equation.
-    scene::<f32, _>(|circle, neighbour, start| {
-        let mut other = task(circle, neighbour, start, Estimator::Absorption);
-        other.control_mean = None;
-        let refused = Driver::restore(other, run_options(None), &state).err();
-        assert_eq!(refused, Some(StateError::OtherEquation));
-    });
-    scene::<f64, _>(|circle, neighbour, start| {
-        let same = task(circle, neighbour, start, Estimator::Absorption);
-        let other = Task {
-            neighbour: &NoNeighbour::<Lit<'_, f64>>::new(),
-            equation: same.equation,
-            functional: same.functional,
-            control_mean: same.control_mean,
-            estimator: same.estimator,
-            form: Form::Product,
-            seeds: same.seeds,
-            length: same.length,
-        };
-        let refused = Driver::restore(other, run_options(None), &state).err();
-        assert_eq!(refused, Some(StateError::OtherEquation));
-    });
+    let changes: [fn(&mut Walks<f64>); 4] = [
+        |walks| walks.goals[0].control_mean = None,
+        |walks| walks.goals[0].known = 0.1,
+        |walks| walks.goals[0].functional = At(0.31),
+        |walks| walks.toy = Toy::new(8).constant(),
+    ];
+    for change in changes {
+        let mut other = Walks::new();
+        change(&mut other);
+        let refused = restored(&other, run_options(None));
+        assert_eq!(refused, Some(StateError::OtherWalks));
+    }
+    // Another scalar, another generator.
+    let (narrow, wide) = (Walks::<f32>::new(), Walks::<f64>::new());
+    let refused = Driver::<_, 1>::restore(&narrow.job(), 0, run_options(None), &state).err();
+    assert_eq!(refused, Some(StateError::OtherWalks));
+    let chacha = wide.job().with_generator::<ChaCha8Rng>();
+    let refused = Driver::<_, 1>::restore(&chacha, 0, run_options(None), &state).err();
+    assert_eq!(refused, Some(StateError::OtherWalks));
 }
 
-/// What serde reads has no checksum: contradictions must not panic.
+/// What is written with a right checksum may contradict itself: it must not panic.
 #[test]
 fn a_contradictory_state_is_refused() {
-    let state = serde_json::to_value(some_state()).unwrap();
-    // A stage has ended, nothing is begun, and there is no reason to stop.
-    let mut ended = state.clone();
-    ended["stage_end"] = 2.into();
-    ended["batch"] = serde_json::to_value(Statistics::default()).unwrap();
-    let edits: [(&str, Option<&str>, u64); 8] = [
-        ("stage_end", None, 1),
-        ("stage_end", None, 2),
-        ("stage_end", None, 51),
-        ("merged", Some("walks"), 250),
-        ("merged", Some("left"), 300),
-        ("batch", Some("walks"), 100),
-        ("batch", Some("walks"), u64::MAX),
-        ("merged", Some("walks"), u64::MAX),
+    const STAGE_END: usize = 16;
+    const MERGED: usize = 28;
+    const BATCH: usize = MERGED + Statistics::BYTES;
+    let bytes = bytes_of(&some_state());
+    let none = Statistics::default().to_bytes();
+    let word = |word: u64| word.to_le_bytes().to_vec();
+    // A stage that has ended, with nothing begun and no reason to stop, and other numbers that cannot be.
+    let edits: [&[(usize, Vec<u8>)]; 8] = [
+        &[(STAGE_END, word(2)), (BATCH, none.to_vec())],
+        &[(STAGE_END, word(1))],
+        &[(STAGE_END, word(2))],
+        &[(STAGE_END, word(51))],
+        &[(MERGED, word(250))],
+        &[(MERGED + 16, word(300))],
+        &[(BATCH, word(100))],
+        &[(BATCH, word(u64::MAX))],
     ];
-    scene::<f64, _>(|circle, neighbour, start| {
-        let ended: State = serde_json::from_value(ended).unwrap();
-        let task = || task(circle, neighbour, start, Estimator::Absorption);
-        let refused = Driver::restore(task(), run_options(None), &ended).err();
-        assert_eq!(refused, Some(StateError::Contradiction));
-        for (field, inner, value) in edits {
-            let mut edited = state.clone();
-            match inner {
-                Some(inner) => edited[field][inner] = value.into(),
-                None => edited[field] = value.into(),
-            }
-            let edited: State = serde_json::from_value(edited).unwrap();
-            let refused = Driver::restore(task(), run_options(None), &edited).err();
-            assert_eq!(
-                refused,
-                Some(StateError::Contradiction),
-                "{field} {inner:?} {value}"
-            );
+    let walks = Walks::<f64>::new();
+    for (number, edit) in edits.into_iter().enumerate() {
+        let mut edited = bytes.clone();
+        for (from, word) in edit {
+            edited[*from..from + word.len()].copy_from_slice(word);
         }
-    });
+        // The checksum is found as that of all other bytes.
+        let crc = crc(&[&edited[..24], &edited[28..]].concat());
+        edited[24..28].copy_from_slice(&crc.to_le_bytes());
+        let restored = State::<1>::read(&edited).and_then(|state| {
+            Driver::restore(&walks.job(), 0, run_options(None), &state).map(|_| ())
+        });
+        assert_eq!(restored, Err(StateError::Contradiction), "{number}");
+    }
+}
+
+/// CRC-32 of ISO 3309, by its definition.
+fn crc(bytes: &[u8]) -> u32 {
+    let bits = |sum: u32| {
+        (0..8).fold(sum, |sum, _| {
+            (sum >> 1) ^ (0xedb8_8320 & (sum & 1).wrapping_neg())
+        })
+    };
+    !bytes
+        .iter()
+        .fold(u32::MAX, |sum, &byte| bits(sum ^ u32::from(byte)))
 }
 
 /// A walk that is not finite is an error that can be met again, and leaves the state as it was.
 #[test]
 fn a_score_that_is_not_finite_names_its_walk() {
-    struct Bad(Cell<bool>);
-    impl fredholm_core::StateSpace for Bad {
+    struct Bad(AtomicBool);
+    impl Space for Bad {
         type Scalar = f64;
         type Point = f64;
     }
-    impl Sampler for Bad {
-        fn absorption(&self, _: &f64) -> f64 {
-            0.5
-        }
-        fn step<U: fredholm_core::Uniforms<f64>>(&self, _: &f64, uniforms: &mut U) -> Option<f64> {
+    impl Chain for Bad {
+        fn step<U: Uniforms<f64>>(&self, _: &f64, uniforms: &mut U) -> Option<f64> {
             Some(uniforms.uniform())
         }
     }
-    impl fredholm_core::Kernel for Bad {
+    impl Equation for Bad {
+        type Value = f64;
         fn kernel(&self, _: &f64, y: &f64) -> f64 {
-            if *y > 0.99 && self.0.get() {
-                f64::NAN
-            } else {
-                0.5
-            }
+            let is_bad = *y > 0.99 && self.0.load(Ordering::Relaxed);
+            if is_bad { f64::NAN } else { 0.5 }
         }
-    }
-    impl fredholm_core::Source for Bad {
-        fn source(&self, _: &f64) -> f64 {
+        fn source<U: Uniforms<f64>>(&self, _: &f64, _: &mut U) -> f64 {
             1.0
         }
     }
-    let bad = Bad(Cell::new(true));
-    let none = NoNeighbour::<Bad>::new();
-    let task = || Task {
-        equation: &bad,
-        neighbour: &none,
-        functional: &At(0.5),
-        control_mean: Some(0.0),
-        estimator: Estimator::Collision,
-        form: Form::Product,
-        seeds: <WalkSeeds>::new(1, 0),
-        length: Length::default(),
-    };
-    let mut driver = Driver::new(task(), run_options(None)).unwrap();
+    let bad = Bad(AtomicBool::new(true));
+    let (none, goals) = (NoNeighbour::new(&bad), [Goal::new(At(0.5), Some(0.0))]);
+    let job: Goals<'_, _, _, _> = Goals::new(&bad, &none, &goals, WalkOptions::default());
+    let mut driver = Driver::<_, 1>::new(&job, 0, run_options(None)).unwrap();
     let error = driver.poll(5000).unwrap_err();
     assert!(error.walk > 0);
-    assert_eq!(driver.statistics().walks(), error.walk);
+    assert_eq!(driver.statistics()[0].walks(), error.walk);
     assert_eq!(driver.poll(1), Err(error));
-    let mut again = Driver::restore(task(), run_options(None), &driver.save()).unwrap();
+    let mut again = Driver::restore(&job, 0, run_options(None), &driver.save()).unwrap();
     assert_eq!(again.poll(1), Err(error));
-    bad.0.set(false);
+    bad.0.store(false, Ordering::Relaxed);
     assert_eq!(again.poll(1).unwrap().walks, error.walk + 1);
 }
 
@@ -450,13 +413,13 @@ fn aligned(bytes: &[u8]) -> Vec<u64> {
 fn read(bytes: &[u8]) -> Result<(), TableError> {
     let words = aligned(bytes);
     let place = words.as_bytes();
-    Table::read(&place[..bytes.len()], "circle").map(|_| ())
+    Tables::read(&place[..bytes.len()], "circle").map(|_| ())
 }
 
 fn small_table() -> TableBuilder {
     let mut builder = TableBuilder::new("circle");
     builder.numbers("v", &[1.0_f32, -2.5, 3.0]);
-    builder.numbers("absorb", &[0.2_f64]);
+    builder.numbers("light", &[0.2_f64]);
     builder.numbers("eightlet", &[7_u32, 8]);
     builder
 }
@@ -464,21 +427,21 @@ fn small_table() -> TableBuilder {
 #[test]
 fn a_table_is_read_as_it_was_written() {
     let words = aligned(&small_table().to_bytes());
-    let table = Table::read(words.as_bytes(), "circle").unwrap();
-    assert_eq!(table.slice::<f32>("v"), Ok(&[1.0, -2.5, 3.0][..]));
-    assert_eq!(table.one::<f64>("absorb"), Ok(0.2));
-    assert_eq!(table.slice::<u32>("eightlet"), Ok(&[7, 8][..]));
-    assert!(table.has("v") && !table.has("w"));
-    assert_eq!(
-        table.slice::<f32>("w"),
-        Err(TableError::Missing { name: "w" })
-    );
+    let table = Tables::read(words.as_bytes(), "circle").unwrap();
+    assert_eq!(table.get::<f32>("v"), Ok(&[1.0, -2.5, 3.0][..]));
+    assert_eq!(table.one::<f64>("light"), Ok(&0.2));
+    assert_eq!(table.get::<u32>("eightlet"), Ok(&[7, 8][..]));
+    let missing = TableError::Missing { name: "w" };
+    assert_eq!(table.get::<f32>("w"), Err(missing));
     let element = TableError::Element {
         name: "v",
         found: 4,
     };
-    assert_eq!(table.slice::<f64>("v"), Err(element));
-    assert_eq!(table.one::<f32>("v"), Err(TableError::NotOne { name: "v" }));
+    assert_eq!(table.get::<f64>("v"), Err(element));
+    assert_eq!(
+        table.one::<f32>("v"),
+        Err(TableError::Elements { name: "v" })
+    );
 }
 
 #[test]
@@ -517,7 +480,7 @@ fn a_damaged_or_foreign_table_is_refused() {
     );
     // A right checksum over arrays that cannot be: an element of 0 bytes.
     let mut nothing = TableBuilder::new("circle");
-    nothing.records("v", "()", 0, [(Vec::new(), String::new())]);
+    nothing.records("v", &[()], |(), _| ());
     assert_eq!(
         read(&nothing.to_bytes()),
         Err(TableError::Directory { array: 0 })
@@ -527,36 +490,37 @@ fn a_damaged_or_foreign_table_is_refused() {
     words.push(0);
     let place = words.as_bytes();
     assert_eq!(
-        Table::read(&place[4..4 + bytes.len()], "circle").err(),
+        Tables::read(&place[4..4 + bytes.len()], "circle").err(),
         Some(TableError::Alignment)
     );
 }
 
 #[test]
 fn tables_of_no_circle_are_refused() {
-    use fredholm_circle::{Cell, Slot, Tables};
-    let tables = Tables::<f64>::new(&RHO, 10).unwrap();
-    let (cells, slots) = tables.cells().tables();
-    assert!(Cells::new(cells, slots).is_ok());
+    let own = OwnedTables::<f64>::new(&[0.3, 0.7], 10).unwrap();
+    let (cells, slots, constants) = (own.cells(), own.slots(), own.constants());
+    let refused = |cells: &[Cell<f64>], slots: &[Slot<f64>]| {
+        BorrowedTables::new(cells, slots, constants).err()
+    };
+    assert_eq!(refused(cells, slots), None);
     let length = CircleError::Length {
         expected: 20,
         found: 19,
     };
-    assert_eq!(Cells::new(cells, &slots[1..]).err(), Some(length));
-    assert_eq!(Cells::<f64>::new(&[], &[]).err(), Some(CircleError::Cells));
+    assert_eq!(refused(cells, &slots[1..]), Some(length));
+    assert_eq!(refused(&[], &[]), Some(CircleError::Cells));
     let mut white = cells.to_vec();
-    let [cos, sin, cos_low, sin_low, _] = white[3].parts();
     for rho in [1.0, -0.1, f64::NAN] {
-        white[3] = Cell::new([cos, sin, cos_low, sin_low, rho]);
+        white[3].reflectance = rho;
         let error = CircleError::Reflectance { arc: 3 };
-        assert_eq!(Cells::new(&white, slots).err(), Some(error));
+        assert_eq!(refused(&white, slots), Some(error));
     }
     // Behind the last cell: at once, or by the one that `locate` adds.
     for (end, cell) in [(0.5, 10), (0.5, 9), (f64::NAN, 2)] {
         let mut astray = slots.to_vec();
-        astray[7] = Slot::new(end, cell);
+        (astray[7].end, astray[7].cell) = (end, cell);
         let error = CircleError::Slot { slot: 7 };
-        assert_eq!(Cells::new(cells, &astray).err(), Some(error));
+        assert_eq!(refused(cells, &astray), Some(error));
     }
 }
 

@@ -4,28 +4,28 @@
 
 use core::sync::atomic::{AtomicU64, Ordering};
 
-use crate::chains;
-
 use fredholm_core::galerkin::{
-    Basis, Dense, PairIntegral, PairKind, Pairs, Partition, Piecewise, StoppingRule,
+    Basis, Cells, Dense, DiagonalRule, PairIntegral, PairKind, Pairs, Piecewise, StoppingRule,
     TransitionMoments, gauss_seidel,
 };
+use fredholm_core::global::Stationary;
 use fredholm_core::{
-    DefaultGenerator, Estimator, Form, Kernel, Length, Located, Neighbour, Real, Sampler, Source,
-    StateSpace, Statistics, Task, TransitionDensity, Uniforms, WalkSeeds,
+    Absorption, Chain, Density, Equation, Estimator, Goal, Goals, Located, Neighbour, NoNeighbour,
+    Real, Space, Statistics, Uniforms, Value, WalkOptions,
 };
 use fredholm_tests::check::{self, Among, SEEDS, seeds};
-use fredholm_tests::cube::{ALL, OUTSIDE, POINTWISE};
 use fredholm_tests::galerkin::Tables;
-use fredholm_tests::quadrature::{gauss_legendre, split};
 use fredholm_tests::report::{CHECKS, SCALARS};
 use fredholm_tests::scene;
-use fredholm_tests::toy::Toy;
+use fredholm_tests::toy::{Coloured, Toy};
 use fredholm_tests::{
-    Description, Neighbours, Offers, Report, examine, examine_both, examine_masses, on_all_cores,
+    Description, Neighbours, Offers, Report, examine, examine_both, examine_masses, examine_steps,
+    on_all_cores,
 };
 
+mod corner;
 mod steps;
+use corner::Corner;
 
 /// What is broken, the check that must catch it, and what the kit finds with a seed.
 type Entry = (&'static str, &'static str, fn(u64) -> Report);
@@ -45,12 +45,12 @@ const BROKEN: &[Entry] = &[
     ("a wrong branch once in 50 steps", "chi-squared", |seed| with(Fault::Branch, seed)),
     ("1 step in 100 leaves, untold", "chi-squared", |seed| with(Fault::Leaves, seed)),
     ("steps lead to middles of cells", "distribution", |seed| with(Fault::Middle, seed)),
-    ("a chain whose states crowd, told to preserve what is uniform", "preserved density", chains::crowding),
-    ("the states of that chain, taken for starts", "suffix starts", chains::crowding),
-    ("an open room, told to preserve what is uniform", "preserved density", chains::leaking_room),
-    ("starts crowd at one end", "suffix starts", chains::crowded_starts),
-    ("states crowd more than they are said to", "suffix starts", chains::wrong_states),
+    ("a chain whose states crowd, told to preserve what is uniform", "preserved density", |seed| chain(Toy::new(CELLS), 1.0, seed)),
+    ("the states of that chain, taken for starts", "suffix starts", |seed| chain(Toy::new(CELLS), 1.0, seed)),
+    ("an open chain, told to preserve what is uniform", "preserved density", |seed| chain(Toy::new(CELLS).uniform().leaving(0.01), 1.0, seed)),
+    ("starts crowd at one end", "suffix starts", |seed| chain(Toy::new(CELLS).uniform(), 1.02, seed)),
     ("F 0.1 % too large", "solution", |seed| with(Fault::Source, seed)),
+    ("F of the third channel 0.1 % too large", "solution", |seed| coloured(Fault::LastChannel, seed)),
     ("k 0.1 % too large, u = 1", "constant", |seed| with(Fault::Kernel, seed)),
     ("one K'_ij 1 % too large", "coefficients", |seed| with(Fault::Coefficient, seed)),
     ("one F'_i 1 % too large", "source means", |seed| with(Fault::SourceMean, seed)),
@@ -60,15 +60,14 @@ const BROKEN: &[Entry] = &[
     ("pair integrals 0.1 % too large", "pair integrals", |seed| with(Fault::Integral, seed)),
     ("S drops G's correction", "neighbour equation", |seed| with(Fault::Correction, seed)),
     ("the integral of a control of steps 5 % too large", "neighbour equation", |seed| with(Fault::StepIntegral, seed)),
+    ("the same in three channels", "neighbour equation", |seed| coloured(Fault::StepIntegral, seed)),
     ("the probability of a step's event 5 % too large", "neighbour equation", |seed| with(Fault::EventProbability, seed)),
-    ("the control's last step sees a light 5 % too bright", "neighbour equation", |seed| with(Fault::LastStep, seed)),
     ("in a scene, the integral of a control of rays 5 % too large", "neighbour equation", |seed| scene::broken(Some(scene::Fault::Integral), seed)),
     ("in a scene, the probability of meeting a face 5 % too large", "neighbour equation", |seed| scene::broken(Some(scene::Fault::EventProbability), seed)),
-    ("in a scene, the control's last step sees a light 5 % too bright", "neighbour equation", |seed| scene::broken(Some(scene::Fault::LastStep), seed)),
-    ("in a scene, the control has no last step", "neighbour equation", |seed| scene::broken(Some(scene::Fault::NoLastStep), seed)),
     ("h 5 % too large", "means", |seed| with(Fault::NeighbourKernel, seed)),
     ("F is not a number here and there", "neighbour equation", |seed| with(Fault::Hole, seed)),
-    ("q = 0, walks without end", "means", |seed| with(Fault::Endless, seed)),
+    ("k is told to be 0 where it is not", "means", |seed| with(Fault::Size, seed)),
+    ("k = 1, walks without end", "means", |seed| examine_steps(&Broken::<f64>::new(Fault::Endless, CELLS), seed)),
     ("every 1000th step depends on how many there were", "runners", |seed| with(Fault::Remembers, seed)),
     ("a merge that loses a batch", "statistics", lost_batch),
     ("a standard error 1 % too small", "statistics", small_error_bar),
@@ -77,6 +76,13 @@ const BROKEN: &[Entry] = &[
 ];
 
 const CELLS: usize = 10;
+
+const fn diagonal(diagonal: PairKind) -> DiagonalRule {
+    DiagonalRule { diagonal }
+}
+const ALL: DiagonalRule = diagonal(PairKind::Galerkin);
+const OUTSIDE: DiagonalRule = diagonal(PairKind::Dropped);
+const POINTWISE: DiagonalRule = diagonal(PairKind::Pointwise);
 
 /// What is wrong with a toy problem.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -95,6 +101,7 @@ enum Fault {
     Leaves,
     Middle,
     Source,
+    LastChannel,
     Kernel,
     Coefficient,
     SourceMean,
@@ -105,15 +112,19 @@ enum Fault {
     NeighbourKernel,
     StepIntegral,
     EventProbability,
-    LastStep,
     Narrow,
     Hole,
+    Size,
     Endless,
     Remembers,
 }
 
 fn with(fault: Fault, seed: u64) -> Report {
     examine(&Broken::<f64>::new(fault, CELLS), seed)
+}
+
+fn coloured(fault: Fault, seed: u64) -> Report {
+    examine(&Broken::of(Coloured::<f64>::coloured(CELLS), fault), seed)
 }
 
 fn cancelling_masses(seed: u64) -> Report {
@@ -126,9 +137,36 @@ fn wrong_in_f32(seed: u64) -> Report {
     examine_both::<_, _, 1>(&narrow, &wide, seed)
 }
 
+/// Starts that are powers of uniform numbers, told to be uniform, and preserved.
+struct Claimed {
+    power: f64,
+}
+
+impl Stationary<Toy<f64>> for Claimed {
+    fn start<U: Uniforms<f64>>(&self, uniforms: &mut U) -> f64 {
+        uniforms.uniform().powf(self.power)
+    }
+    fn start_density(&self, _: &f64) -> f64 {
+        1.0
+    }
+    fn is_preserved(&self) -> bool {
+        true
+    }
+}
+
+/// What the checks of chains say of a toy with these starts.
+fn chain(toy: Toy<f64>, power: f64, seed: u64) -> Report {
+    let (mut report, starts) = (Report::default(), Claimed { power });
+    let preserved = check::preserved::<_, _, 1>(&toy, &starts, seed);
+    report.push("preserved density", "chain", preserved);
+    let states = check::states::<_, _, 1>(&toy, &starts, seed);
+    report.push("suffix starts", "chain", states);
+    report
+}
+
 /// A toy problem with one fault; everything else is the toy's.
-struct Broken<F> {
-    toy: Toy<F>,
+struct Broken<F, V = F> {
+    toy: Toy<F, V>,
     fault: Fault,
     steps: AtomicU64,
 }
@@ -136,12 +174,15 @@ struct Broken<F> {
 impl<F: Real> Broken<F> {
     fn new(fault: Fault, cells: usize) -> Self {
         let toy = Toy::new(cells);
+        let is_constant = fault == Fault::Kernel;
+        Self::of(if is_constant { toy.constant() } else { toy }, fault)
+    }
+}
+
+impl<F: Real, V: Value<F>> Broken<F, V> {
+    fn of(toy: Toy<F, V>, fault: Fault) -> Self {
         Self {
-            toy: if fault == Fault::Kernel {
-                toy.constant()
-            } else {
-                toy
-            },
+            toy,
             fault,
             steps: AtomicU64::new(0),
         }
@@ -154,87 +195,121 @@ impl<F: Real> Broken<F> {
 
     /// x n.
     fn scaled(&self, x: F) -> f64 {
-        x.to_f64() * Partition::cells(&self.toy) as f64
+        x.to_f64() * self.toy.cells() as f64
     }
 }
 
-impl<F: Real> StateSpace for Broken<F> {
+/// Here and there: where the digits of x from the seventh on are below this.
+fn digits<F: Real>(x: F, below: f64) -> bool {
+    (x.to_f64() * 1e6).fract() < below
+}
+
+impl<F: Real, V: Value<F>> Space for Broken<F, V> {
     type Scalar = F;
     type Point = F;
 }
-impl<F: Real> Sampler for Broken<F> {
-    fn absorption(&self, x: &F) -> F {
-        match self.fault {
-            Fault::Endless => F::zero(),
-            _ => self.toy.absorption(x),
-        }
-    }
+impl<F: Real, V: Value<F>> Chain for Broken<F, V> {
     fn step<U: Uniforms<F>>(&self, x: &F, uniforms: &mut U) -> Option<F> {
         let y = self.toy.step(x, uniforms)?;
-        let digits = (y.to_f64() * 1e6).fract();
         match self.fault {
-            Fault::Branch if digits < 0.02 => Some(y * F::from_f64(0.5)),
-            Fault::Leaves if digits < 0.01 => None,
+            Fault::Branch if digits(y, 0.02) => Some(y * F::from_f64(0.5)),
+            Fault::Leaves if digits(y, 0.01) => None,
             Fault::Remembers if self.steps.fetch_add(1, Ordering::Relaxed) % 1000 == 999 => {
                 Some(F::one() - y)
             }
             Fault::Middle => {
                 let middle = self.scaled(y).floor() + 0.5;
-                Some(F::from_f64(middle / Partition::cells(&self.toy) as f64))
+                Some(F::from_f64(middle / self.toy.cells() as f64))
             }
             _ => Some(y),
         }
     }
 }
-impl<F: Real> TransitionDensity for Broken<F> {
+impl<F: Real, V: Value<F>> Density for Broken<F, V> {
     fn density(&self, x: &F, y: &F) -> F {
         self.factor(Fault::Density, 1.01) * self.toy.density(x, y)
     }
 }
-impl<F: Real> Kernel for Broken<F> {
-    fn kernel(&self, x: &F, y: &F) -> F {
-        self.factor(Fault::Kernel, 1.001) * self.toy.kernel(x, y)
-    }
-}
-impl<F: Real> Source for Broken<F> {
-    fn source(&self, x: &F) -> F {
-        if self.fault == Fault::Hole && (x.to_f64() * 1e6).fract() < 0.1 {
-            return F::NAN;
+impl<F: Real, V: Value<F>> Equation for Broken<F, V> {
+    type Value = V;
+
+    fn kernel(&self, x: &F, y: &F) -> V {
+        if self.fault == Fault::Endless {
+            return V::splat(self.channels(), F::one());
         }
-        let narrow = if F::EPSILON.to_f64() > 1e-10 {
-            1.0001
-        } else {
-            1.0
-        };
-        let factor = self.factor(Fault::Source, 1.001) * self.factor(Fault::Narrow, narrow);
-        factor * self.toy.source(x)
+        let k = self.toy.kernel(x, y);
+        k.scaled(self.factor(Fault::Kernel, 1.001))
+    }
+    fn source<U: Uniforms<F>>(&self, x: &F, uniforms: &mut U) -> V {
+        let source = self.toy.source(x, uniforms);
+        if self.fault == Fault::Hole && digits(*x, 0.1) {
+            return source.scaled(F::NAN);
+        }
+        let is_narrow = F::EPSILON.to_f64() > 1e-10;
+        let narrow = self.factor(Fault::Narrow, if is_narrow { 1.0001 } else { 1.0 });
+        let last = source.channels() - 1;
+        V::from_fn(source.channels(), |c| {
+            let own = self.factor(Fault::LastChannel, if c == last { 1.001 } else { 1.0 });
+            source.get(c) * own * narrow * self.factor(Fault::Source, 1.001)
+        })
+    }
+    fn channels(&self) -> usize {
+        self.toy.channels()
+    }
+    fn size(&self, x: &F) -> F {
+        match self.fault {
+            Fault::Size if digits(*x, 0.1) => F::zero(),
+            Fault::Endless => F::one(),
+            _ => self.toy.size(x),
+        }
     }
 }
-impl<F: Real> Partition for Broken<F> {
+impl<F: Real, V: Value<F>> Cells for Broken<F, V> {
+    const DIMENSION: usize = 1;
+
     fn cells(&self) -> usize {
-        Partition::cells(&self.toy)
+        self.toy.cells()
     }
     fn locate(&self, x: &F) -> usize {
         let cell = self.toy.locate(x);
         let wrong = match self.fault {
             Fault::Edge => self.scaled(*x).fract() < 0.005,
-            Fault::Locate => (x.to_f64() * 1e6).fract() < 0.01 && self.scaled(*x).fract() > 0.01,
+            Fault::Locate => digits(*x, 0.01) && self.scaled(*x).fract() > 0.01,
             _ => false,
         };
         cell.saturating_sub(usize::from(wrong))
     }
+    fn measure(&self, cell: usize) -> f64 {
+        self.factor(Fault::Measure, 1.001).to_f64() * self.toy.measure(cell)
+    }
+    fn point(&self, cell: usize, t: &[f64]) -> F {
+        match self.fault {
+            Fault::Crowd => self.toy.point(cell, &[t[0] * t[0]]),
+            _ => self.toy.point(cell, t),
+        }
+    }
+    fn parameters(&self, x: &Located<F>, t: &mut [F]) {
+        self.toy.parameters(x, t);
+        t[0] = match self.fault {
+            Fault::Crowd => t[0].sqrt(),
+            _ => t[0] * self.factor(Fault::Parameter, 1.001),
+        };
+    }
+    fn at(&self, x: &[f64]) -> Option<F> {
+        self.toy.at(x)
+    }
 }
-impl<F: Real> Basis for Broken<F> {
+impl<F: Real, V: Value<F>> Basis for Broken<F, V> {
     fn basis(&self, _: &Located<F>) -> [F; 1] {
         [self.factor(Fault::Basis, 1.01)]
     }
 }
-impl<F: Real> TransitionMoments for Broken<F> {
+impl<F: Real, V: Value<F>> TransitionMoments for Broken<F, V> {
     fn moments(&self, x: &Located<F>, j: usize) -> [[F; 1]; 1] {
         if self.fault == Fault::Cancels {
             // The distribution function at both ends of the cell.
-            let (n, at) = (Partition::cells(&self.toy) as f64, x.point.to_f64());
-            let below = |y: f64| (0.8 - 0.1 * at) * (y + 0.5 * at * (y * y - y));
+            let (n, at) = (self.toy.cells() as f64, x.point.to_f64());
+            let below = |y: f64| y + 0.5 * at * (y * y - y);
             return [[F::from_f64(below((j + 1) as f64 / n) - below(j as f64 / n))]];
         }
         let [[mass]] = self.toy.moments(x, j);
@@ -248,19 +323,11 @@ impl<F: Real> PairIntegral for Broken<F> {
     }
 }
 
-impl<F: Real> Description for Broken<F> {
+impl<F: Real, V: Value<F>> Description for Broken<F, V> {
     type Equation = Self;
-    const DIMENSION: usize = 1;
 
     fn equation(&self) -> &Self {
         self
-    }
-    fn point(&self, cell: usize, t: &[f64]) -> F {
-        let t = match self.fault {
-            Fault::Crowd => t[0] * t[0],
-            _ => t[0],
-        };
-        Description::<1>::point(&self.toy, cell, &[t])
     }
     fn contains(&self, cell: usize, x: &F) -> bool {
         Description::<1>::contains(&self.toy, cell, x)
@@ -268,19 +335,11 @@ impl<F: Real> Description for Broken<F> {
     fn nodes(&self, x: &F, j: usize) -> Vec<(F, f64)> {
         Description::<1>::nodes(&self.toy, x, j)
     }
-    fn measure(&self, _: usize) -> Option<f64> {
-        let factor = self.factor(Fault::Measure, 1.001).to_f64();
-        Some(factor / Partition::cells(&self.toy) as f64)
+    fn solution(&self, x: &F) -> Option<V::Wide> {
+        let is_known = self.fault != Fault::Endless;
+        Description::<1>::solution(&self.toy, x).filter(|_| is_known)
     }
-    fn parameters(&self, x: &Located<F>) -> Option<Vec<f64>> {
-        let cells = Partition::cells(&self.toy) as f64;
-        let factor = self.factor(Fault::Parameter, 1.001).to_f64();
-        Some(vec![factor * (x.point.to_f64() * cells - x.cell as f64)])
-    }
-    fn solution(&self, x: &F) -> Option<f64> {
-        Description::<1>::solution(&self.toy, x)
-    }
-    fn constant(&self) -> Option<f64> {
+    fn constant(&self) -> Option<V::Wide> {
         Description::<1>::constant(&self.toy)
     }
     fn cumulative(&self, x: &F, y: &F) -> Option<f64> {
@@ -293,6 +352,10 @@ impl<F: Real> Description for Broken<F> {
 
 impl<F: Real> Neighbours for Broken<F> {
     fn offers(&self, offers: &mut Offers<'_, Self>) {
+        if self.fault == Fault::Endless {
+            let none = NoNeighbour::new(self);
+            return offers.neighbour_by_steps("none", &none);
+        }
         if self.fault == Fault::List {
             offers.pointwise_pairs("a list too short", TooShort);
         } else {
@@ -314,21 +377,15 @@ impl<F: Real> Neighbours for Broken<F> {
             offers.galerkin_solution("own", &v, 0.0);
         }
         // The source belongs to other pairs than the walk.
-        let pairs = if self.fault == Fault::Correction {
-            ALL
-        } else {
-            OUTSIDE
-        };
-        let g = tables.source::<_, 1>(&pairs);
+        let is_wrong = self.fault == Fault::Correction;
+        let g = tables.source(if is_wrong { &ALL } else { &OUTSIDE });
         let coefficients = tables.coefficients();
         let equation = Piecewise::new(self, &coefficients, OUTSIDE, &tables.v, &g).unwrap();
-        offers.neighbour(
-            "diagonal outside",
-            &LargeKernel {
-                inner: &equation,
-                factor: self.factor(Fault::NeighbourKernel, 1.05),
-            },
-        );
+        let large = LargeKernel {
+            inner: &equation,
+            factor: self.factor(Fault::NeighbourKernel, 1.05),
+        };
+        offers.neighbour("diagonal outside", &large);
         self.offer_steps(offers, &tables.v);
         if self.fault == Fault::Coefficient {
             matrix[CELLS + 2] *= F::from_f64(1.01);
@@ -360,126 +417,75 @@ impl Pairs for TooShort {
 }
 
 /// A neighbour equation with a factor before its kernel.
-struct LargeKernel<'a, N: StateSpace> {
+struct LargeKernel<'a, N: Space> {
     inner: &'a N,
     factor: N::Scalar,
 }
 
-impl<N: StateSpace> StateSpace for LargeKernel<'_, N> {
+impl<N: Space> Space for LargeKernel<'_, N> {
     type Scalar = N::Scalar;
     type Point = N::Point;
 }
 impl<N: Neighbour> Neighbour for LargeKernel<'_, N> {
+    type Value = N::Value;
+
     fn locate(&self, x: N::Point) -> Located<N::Point> {
         self.inner.locate(x)
     }
-    fn kernel(&self, x: &Located<N::Point>, y: &Located<N::Point>, k: N::Scalar) -> N::Scalar {
-        self.factor * self.inner.kernel(x, y, k)
+    fn kernel(&self, x: &Located<N::Point>, y: &Located<N::Point>, k: &N::Value) -> N::Value {
+        self.inner.kernel(x, y, k).scaled(self.factor)
     }
-    fn source(&self, x: &Located<N::Point>, draws: &mut dyn Uniforms<N::Scalar>) -> N::Scalar {
+    fn source(&self, x: &Located<N::Point>, draws: &mut dyn Uniforms<N::Scalar>) -> N::Value {
         self.inner.source(x, draws)
     }
-    fn value(&self, x: &Located<N::Point>) -> N::Scalar {
+    fn value(&self, x: &Located<N::Point>) -> N::Value {
         self.inner.value(x)
     }
 }
 
-/// u(x) = ½ ∫ p(x,y) u(y) dy + 1 on [0, 1], where a step leads to the left half with probability x.
-/// It is right in all parts; but as x goes to 0 the masses of the left half vanish, so that they do
-/// not belong in S.
-struct Corner;
+/// Walks of the toy from one point, without a neighbour equation.
+struct Walks {
+    toy: Toy<f64>,
+    none: NoNeighbour<Toy<f64>>,
+    goals: [Goal<Among<'static, f64>, f64>; 1],
+}
 
-impl StateSpace for Corner {
-    type Scalar = f64;
-    type Point = f64;
-}
-impl Sampler for Corner {
-    fn absorption(&self, _: &f64) -> f64 {
-        0.2
-    }
-    fn step<U: Uniforms<f64>>(&self, x: &f64, uniforms: &mut U) -> Option<f64> {
-        let xi = uniforms.uniform();
-        Some(if xi < *x {
-            0.5 * xi / x
-        } else {
-            0.5 + 0.5 * (xi - x) / (1.0 - x)
-        })
-    }
-}
-impl TransitionDensity for Corner {
-    fn density(&self, x: &f64, y: &f64) -> f64 {
-        1.6 * if *y < 0.5 { *x } else { 1.0 - x }
-    }
-}
-impl Kernel for Corner {
-    fn kernel(&self, _: &f64, _: &f64) -> f64 {
-        0.5
-    }
-}
-impl Source for Corner {
-    fn source(&self, _: &f64) -> f64 {
-        1.0
-    }
-}
-impl Partition for Corner {
-    fn cells(&self) -> usize {
-        CELLS
-    }
-    fn locate(&self, x: &f64) -> usize {
-        ((x * CELLS as f64) as usize).min(CELLS - 1)
-    }
-}
-impl Basis for Corner {
-    fn basis(&self, _: &Located<f64>) -> [f64; 1] {
-        [1.0]
-    }
-}
-impl TransitionMoments for Corner {
-    fn moments(&self, x: &Located<f64>, j: usize) -> [[f64; 1]; 1] {
-        let middle = (j as f64 + 0.5) / CELLS as f64;
-        [[self.density(&x.point, &middle) / CELLS as f64]]
-    }
-}
-impl Description for Corner {
-    type Equation = Self;
-    const DIMENSION: usize = 1;
+type ToyWalks<'a> = Goals<'a, Toy<f64>, NoNeighbour<Toy<f64>>, Among<'static, f64>>;
 
-    fn equation(&self) -> &Self {
-        self
+impl Walks {
+    fn new() -> Self {
+        let toy = Toy::new(CELLS);
+        Self {
+            none: NoNeighbour::new(&toy),
+            toy,
+            goals: [Goal::new(Among(&[0.3]), Some(0.0))],
+        }
     }
-    fn point(&self, cell: usize, t: &[f64]) -> f64 {
-        (cell as f64 + t[0]) / CELLS as f64
-    }
-    fn contains(&self, cell: usize, x: &f64) -> bool {
-        (x * CELLS as f64 - cell as f64 - 0.5).abs() <= 0.5 + 1e-14
-    }
-    fn nodes(&self, _: &f64, cell: usize) -> Vec<(f64, f64)> {
-        let left = cell as f64 / CELLS as f64;
-        let rule = split(&gauss_legendre(4), 0.0, 1.0, &[]).into_iter();
-        rule.map(|(t, w)| (left + t / CELLS as f64, w / CELLS as f64))
-            .collect()
+
+    fn job(&self, seed: u64) -> ToyWalks<'_> {
+        let options = WalkOptions {
+            seed,
+            absorption: Absorption::Constant {
+                probability: 0.2,
+                estimator: Estimator::Absorption,
+            },
+            ..WalkOptions::default()
+        };
+        Goals::new(&self.toy, &self.none, &self.goals, options)
     }
 }
 
-impl Neighbours for Corner {
-    fn offers(&self, offers: &mut Offers<'_, Self>) {
-        offers.pairs("all in S", ALL);
-    }
-}
-
-/// The first 3,000 walks from one point of the toy, in batches of 1,000; the second is forgotten.
+/// The first 3,000 walks, in batches of 1,000; the second is forgotten.
 fn lost_batch(seed: u64) -> Report {
     let mut report = Report::default();
-    let outcome = toy_walks(seed, |task| {
-        check::statistics(task, 3000, |task, walks| {
-            let mut all = Statistics::default();
-            for index in [0, 2] {
-                let mut batch = fredholm_core::Batch::new(index, 1000, walks);
-                batch.run(task, u64::MAX).unwrap();
-                all.merge(batch.statistics());
-            }
-            all
-        })
+    let outcome = check::statistics(&Walks::new().job(seed), 3000, |job, walks| {
+        let mut all = Statistics::default();
+        for index in [0, 2] {
+            let mut batch = [fredholm_core::Batch::new(index, 1000, walks)];
+            job.run(0, &mut batch, u64::MAX).unwrap();
+            all.merge(batch[0].statistics());
+        }
+        vec![all]
     });
     report.push("statistics", "a merge", outcome);
     report
@@ -487,7 +493,7 @@ fn lost_batch(seed: u64) -> Report {
 
 fn small_error_bar(seed: u64) -> Report {
     let mut report = Report::default();
-    let mut estimate = toy_walks(seed, |task| check::run(task, 1000)).plain();
+    let mut estimate = check::run(&Walks::new().job(seed), 1000)[0].plain();
     estimate.std_error = estimate.std_error.map(|bar| 0.99 * bar);
     report.push(
         "statistics",
@@ -499,39 +505,24 @@ fn small_error_bar(seed: u64) -> Report {
 
 fn small_intervals(seed: u64) -> Report {
     let mut report = Report::default();
+    let walks = Walks::new();
     let outcome = check::coverage(Toy::exact(0.3), |other| {
-        let estimate = toy_walks(seed + 1000 * other, |task| check::run(task, 400)).plain();
+        let estimate = check::run(&walks.job(seed + 1000 * other), 400)[0].plain();
         (estimate.estimate, 0.8 * estimate.std_error.unwrap())
     });
     report.push("coverage", "an estimate", outcome);
     report
 }
 
-type ToyTask<'a> =
-    Task<'a, Toy<f64>, fredholm_core::NoNeighbour<Toy<f64>>, Among<f64>, DefaultGenerator>;
-
-fn toy_walks<R>(seed: u64, then: impl FnOnce(&ToyTask<'_>) -> R) -> R {
-    let toy = Toy::new(CELLS);
-    then(&Task {
-        equation: &toy,
-        neighbour: &fredholm_core::NoNeighbour::new(),
-        functional: &Among(vec![0.3]),
-        control_mean: Some(0.0),
-        estimator: Estimator::Absorption,
-        form: Form::Product,
-        seeds: WalkSeeds::new(seed, 0),
-        length: Length::default(),
-    })
-}
-
 #[test]
 fn what_is_not_broken_passes() {
     for seed in SEEDS {
         with(Fault::None, seed).assert_passed("the toy under the broken ones");
+        coloured(Fault::None, seed).assert_passed("the channels under the broken ones");
         scene::broken(None, seed).assert_passed("the scene under the broken ones");
     }
     let mut right = Report::default();
-    let outcome = toy_walks(1, |task| check::statistics(task, 3000, check::run));
+    let outcome = check::statistics(&Walks::new().job(1), 3000, check::run);
     right.push("statistics", "a right merge", outcome);
     right.assert_passed("the walks under the broken ones");
 }

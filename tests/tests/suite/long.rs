@@ -4,24 +4,23 @@
 //! FREDHOLM_LONG=1 cargo test --release -p fredholm-tests --test suite long -- --nocapture --test-threads 1
 //! ```
 
+use core::marker::PhantomData;
 use std::time::Instant;
 
 use fredholm_core::rand_core::{Rng, SeedableRng};
 use fredholm_core::{
-    DEFAULT_GENERATOR, DefaultGenerator, Functional, Goal, Goals, Kernel, Located, Neighbour, Real,
-    RunOptions, Sampler, Source, StateSpace, Statistics, Uniforms, WalkOptions, WalkSeeds,
+    Chain, DEFAULT_GENERATOR, DefaultGenerator, Equation, Functional, Goal, Goals, Located,
+    Neighbour, Real, RunOptions, Space, Start, StartOf, Statistics, Uniforms, WalkOptions,
+    WalkSeeds,
 };
 use fredholm_rayon::run;
+use fredholm_tests::check::long;
 use fredholm_tests::on_all_cores;
 use rand::rngs::{ChaCha8Rng, Xoshiro256PlusPlus};
 
-fn long() -> bool {
-    std::env::var_os("FREDHOLM_LONG").is_some()
-}
-
-/// Walks of one state, absorbed where they start, in one of 4096 points x. Scores are η(k,f) = 1000 + x/4096 and
+/// Walks of one state, which leave from where they start, one of 4096 points x. Scores are η(k,f) = 1000 + x/4096 and
 /// η(h,g) = 1000 + y(x)/4096, which f32 holds exactly: their mean is 10³ and their variance 1/12.
-struct Exact<F>(F);
+struct Exact<F>(PhantomData<F>);
 
 const POINTS: u32 = 4096;
 const OFFSET: u32 = 1000;
@@ -35,33 +34,30 @@ fn score<F: Real>(x: u32) -> F {
     F::from_u32(OFFSET) + F::from_u32(x) / F::from_u32(POINTS)
 }
 
-impl<F: Real> StateSpace for Exact<F> {
+impl<F: Real> Space for Exact<F> {
     type Scalar = F;
     type Point = u32;
 }
-impl<F: Real> Sampler for Exact<F> {
-    fn absorption(&self, _: &u32) -> F {
-        self.0
-    }
+impl<F: Real> Chain for Exact<F> {
     fn step<U: Uniforms<F>>(&self, _: &u32, _: &mut U) -> Option<u32> {
         None
     }
 }
-impl<F: Real> Kernel for Exact<F> {
+impl<F: Real> Equation for Exact<F> {
+    type Value = F;
     fn kernel(&self, _: &u32, _: &u32) -> F {
         F::zero()
     }
-}
-impl<F: Real> Source for Exact<F> {
-    fn source(&self, x: &u32) -> F {
+    fn source<U: Uniforms<F>>(&self, x: &u32, _: &mut U) -> F {
         score(*x)
     }
 }
 impl<F: Real> Neighbour for Exact<F> {
+    type Value = F;
     fn locate(&self, point: u32) -> Located<u32> {
         Located { point, cell: 0 }
     }
-    fn kernel(&self, _: &Located<u32>, _: &Located<u32>, _: F) -> F {
+    fn kernel(&self, _: &Located<u32>, _: &Located<u32>, _: &F) -> F {
         F::zero()
     }
     fn source(&self, x: &Located<u32>, _: &mut dyn Uniforms<F>) -> F {
@@ -76,9 +72,9 @@ impl<F: Real> Neighbour for Exact<F> {
 struct Anywhere;
 
 impl<F: Real> Functional<Exact<F>> for Anywhere {
-    fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> (u32, F) {
+    fn start<U: Uniforms<F>>(&self, equation: &Exact<F>, uniforms: &mut U) -> StartOf<Exact<F>> {
         let uniform = uniforms.uniform() * F::from_u32(POINTS);
-        (uniform.to_u32(), F::one())
+        Start::of(equation, uniform.to_u32(), F::one())
     }
 }
 
@@ -146,12 +142,9 @@ fn found(statistics: &Statistics) -> [f64; 6] {
 /// mean and ε 10⁴ more of a variance; that much is allowed, and a thousandth of it is used.
 fn statistics_are_exact<F: Real>(walks: u64, sums: &Sums) {
     let start = Instant::now();
-    let equation = Exact(F::one());
+    let equation = Exact::<F>(PhantomData);
     let run_options = RunOptions::new(walks);
-    let goals = [Goal {
-        functional: Anywhere,
-        control_mean: Some(f64::from(OFFSET)),
-    }];
+    let goals = [Goal::new(Anywhere, Some(f64::from(OFFSET)))];
     let options = WalkOptions {
         seed: 9,
         ..WalkOptions::default()

@@ -1,6 +1,5 @@
 //! Every crate and runner, beside the matrix: in one program, so that what they share is compiled once.
 
-mod chains;
 mod circle;
 mod circle_degrees;
 mod circle_properties;
@@ -13,7 +12,6 @@ mod embedded;
 mod house;
 mod kit;
 mod long;
-mod pairs_theory;
 mod rayon;
 mod room;
 mod room_colours;
@@ -21,7 +19,6 @@ mod room_covered;
 mod room_degrees;
 mod room_factors;
 mod room_one_ray;
-mod room_rates;
 mod room_rays;
 mod room_scene;
 mod room_seen;

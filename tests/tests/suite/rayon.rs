@@ -1,35 +1,36 @@
 //! The runner for all cores: the same bits for any number of threads, and every way to stop.
 
+use core::slice::from_mut;
 use core::sync::atomic::{AtomicU64, Ordering};
 use core::time::Duration;
 
-use fredholm_circle::{Circle, Harmonic, MeanOver};
+use fredholm_circle::{Harmonic, MeanOver};
 use fredholm_core::galerkin::DiagonalRule;
-use fredholm_core::rand_core::{Rng, SeedableRng};
 use fredholm_core::{
-    At, Batch, Equation, Estimator, Functional, Goal, Goals, Job, MIN_BATCHES, Neighbour,
-    NeighbourOf, NotFinite, Real, RunOptions, RunOptionsError, Schedule, Statistics, StopReason,
-    Task, Tolerance, Uniforms, WalkOptions,
+    Absorption, At, Batch, Estimator, Functional, Goal, Goals, Job, MIN_BATCHES, Neighbour,
+    NoNeighbour, NotFinite, Real, RunOptions, RunOptionsError, Schedule, StartOf, Statistics,
+    StopReason, Tolerance, Uniforms, WalkOptions,
 };
 use fredholm_embedded::Driver;
 use fredholm_rayon::{Observer, Outcome, RunError, run};
 use fredholm_tests::check::means;
-use fredholm_tests::circle::{DEFAULT, LIGHT, OnCircle, RHO, with_piecewise};
+use fredholm_tests::circle::{DEFAULT, LIGHT, OnCircle, Owned, RHO, circle, with_piecewise};
+use fredholm_tests::paper;
 
-type OnScene<'a, F> = Circle<'a, F, Harmonic>;
+type OnScene<F> = Owned<F, Harmonic>;
 type Lights<'a, F> = OnCircle<'a, F, Harmonic, DiagonalRule>;
 
 /// A point or a mean, as one type.
-enum Start<'a, 'b, F: Real> {
+enum Start<F: Real> {
     Point(At<fredholm_circle::Point<F>>),
-    Mean(MeanOver<'a, 'b, F, Harmonic>),
+    Mean(MeanOver),
 }
 
-impl<'b, F: Real> Functional<OnScene<'b, F>> for Start<'_, 'b, F> {
-    fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> (fredholm_circle::Point<F>, F) {
+impl<F: Real> Functional<OnScene<F>> for Start<F> {
+    fn start<U: Uniforms<F>>(&self, circle: &OnScene<F>, uniforms: &mut U) -> StartOf<OnScene<F>> {
         match self {
-            Self::Point(at) => Functional::<OnScene<'b, F>>::start(at, uniforms),
-            Self::Mean(mean) => mean.start(uniforms),
+            Self::Point(at) => at.start(circle, uniforms),
+            Self::Mean(mean) => mean.start(circle, uniforms),
         }
     }
 }
@@ -58,20 +59,15 @@ impl Asked {
 /// Calls back with the job of a point and a mean.
 fn with_job<F: Real, R>(
     options: WalkOptions,
-    then: impl FnOnce(&Goals<'_, OnScene<'_, F>, Lights<'_, F>, Start<'_, '_, F>>) -> R,
+    then: impl FnOnce(&Goals<'_, OnScene<F>, Lights<'_, F>, Start<F>>) -> R,
 ) -> R {
     with_piecewise::<F, _, _, _>(&RHO, 100, LIGHT, DEFAULT, |circle, neighbour, v| {
         let x0 = circle.point(0.3);
-        let mean = MeanOver::new(circle, 1.0, 4.0).unwrap();
+        let mean = MeanOver::new(1.0, 4.0).unwrap();
+        let value = neighbour.value(&neighbour.locate(x0)).to_f64();
         let goals = [
-            Goal {
-                control_mean: Some(neighbour.value(&neighbour.locate(x0)).to_f64()),
-                functional: Start::Point(At(x0)),
-            },
-            Goal {
-                control_mean: Some(mean.of(v)),
-                functional: Start::Mean(mean),
-            },
+            Goal::new(Start::Point(At(x0)), Some(value)),
+            Goal::new(Start::Mean(mean), Some(mean.of(100, v))),
         ];
         then(&Goals::new(circle, neighbour, &goals, options))
     })
@@ -88,9 +84,9 @@ fn on_threads<F: Real>(threads: usize, asked: &Asked, observer: &dyn Observer) -
 
 #[test]
 fn the_same_bits_for_any_number_of_threads() {
-    fn check<F: Real>(estimator: Estimator, tolerance: Option<Tolerance>) {
+    fn check<F: Real>(walks: WalkOptions, tolerance: Option<Tolerance>) {
         let mut asked = Asked::new(100_001, 1000);
-        asked.walks.estimator = estimator;
+        asked.walks = walks;
         asked.run_options.tolerance = tolerance;
         let one = on_threads::<F>(1, &asked, &());
         let threads: &[usize] = if cfg!(feature = "long") {
@@ -104,14 +100,14 @@ fn the_same_bits_for_any_number_of_threads() {
             assert_eq!(one.stop, other.stop);
         }
     }
-    for estimator in [Estimator::Absorption, Estimator::Collision] {
+    for walks in [WalkOptions::default(), paper(Estimator::Absorption, 1)] {
         for tolerance in [
             None,
             Some(Tolerance::Absolute(8e-4)),
             Some(Tolerance::Relative(1e-9)),
         ] {
-            check::<f64>(estimator, tolerance);
-            check::<f32>(estimator, tolerance);
+            check::<f64>(walks, tolerance);
+            check::<f32>(walks, tolerance);
         }
     }
 }
@@ -204,16 +200,19 @@ fn a_time_limit_ends_a_run_of_any_batch_size() {
 
 #[test]
 fn a_time_limit_ends_a_run_of_long_walks() {
-    let tables = fredholm_circle::Tables::<f64>::new(&RHO, 10).unwrap();
-    let circle = Circle::new(tables.cells(), LIGHT, 1e-12).unwrap();
-    let goals = [Goal {
-        functional: At(circle.point(0.3)),
-        control_mean: Some(0.0),
-    }];
+    let circle = circle::<f64, f64, _>(&RHO, 10, LIGHT);
+    let goals = [Goal::new(At(circle.point(0.3)), Some(0.0))];
+    let options = WalkOptions {
+        absorption: Absorption::Constant {
+            probability: 1e-12,
+            estimator: Estimator::Absorption,
+        },
+        ..WalkOptions::default()
+    };
     let limit = Some(Duration::from_millis(50));
     let start = std::time::Instant::now();
-    let none = fredholm_core::NoNeighbour::<OnScene<'_, f64>>::new();
-    let job = Goals::new(&circle, &none, &goals, WalkOptions::default());
+    let none = NoNeighbour::new(&circle);
+    let job = Goals::new(&circle, &none, &goals, options);
     let cut = run(&job, &RunOptions::new(1_000_000), limit, &()).unwrap();
     assert_eq!(cut.stop, StopReason::TimeLimit);
     // A walk of a million states takes some 10 ms; a batch of them would take a minute.
@@ -230,10 +229,8 @@ fn a_time_limit_ends_a_run_of_long_walks() {
 fn another_generator_gives_other_bits_and_the_same_mean() {
     with_piecewise::<f64, _, _, _>(&RHO, 100, LIGHT, DEFAULT, |circle, neighbour, _| {
         let x0 = circle.point(0.3);
-        let goals = [Goal {
-            control_mean: Some(neighbour.value(&neighbour.locate(x0))),
-            functional: At(x0),
-        }];
+        let value = neighbour.value(&neighbour.locate(x0));
+        let goals = [Goal::new(At(x0), Some(value))];
         let run_options = RunOptions::new(100_000);
         let default = Goals::new(circle, neighbour, &goals, WalkOptions::default());
         let chacha = default.with_generator::<rand::rngs::ChaCha8Rng>();
@@ -288,7 +285,7 @@ fn one_by_one(
             for goal in (0..job.goals()).filter(|&goal| stops[goal].is_none()) {
                 let mut batch = Batch::new(index, run_options.batch, run_options.walks);
                 while !batch.is_done() {
-                    job.run(goal, &mut batch, 37)?;
+                    job.run(goal, from_mut(&mut batch), 37)?;
                 }
                 statistics[goal].merge(batch.statistics());
             }
@@ -302,21 +299,12 @@ fn one_by_one(
     Ok((statistics, stops.into_iter().flatten().max().unwrap()))
 }
 
-/// The same goal by the runner for devices, 77 walks at a time.
-fn alone<E, N, T, G>(
-    task: Task<'_, E, N, T, G>,
-    run_options: RunOptions,
-) -> (Statistics, StopReason)
-where
-    E: Equation,
-    N: NeighbourOf<E> + ?Sized,
-    T: Functional<E>,
-    G: Rng + SeedableRng,
-{
-    let mut driver = Driver::new(task, run_options).unwrap();
+/// A goal by the runner for devices, 77 walks at a time.
+fn alone(job: &dyn Job, goal: usize, run_options: RunOptions) -> (Statistics, StopReason) {
+    let mut driver = Driver::<_, 1>::new(job, goal, run_options).unwrap();
     loop {
         if let Some(stop) = driver.poll(77).unwrap().stop {
-            return (driver.statistics(), stop);
+            return (driver.statistics()[0], stop);
         }
     }
 }
@@ -326,14 +314,19 @@ fn every_runner_stops_every_goal_after_the_same_walk() {
     use StopReason::{Done, ToleranceNotReached};
     let cases = [
         (40_001, None, Done, [40_001; 2]),
-        (60_001, Some(Tolerance::Absolute(3e-3)), Done, [2400, 5600]),
-        (60_001, Some(Tolerance::Relative(6e-4)), Done, [2400, 5600]),
+        (
+            60_001,
+            Some(Tolerance::Absolute(1.5e-3)),
+            Done,
+            [4000, 6400],
+        ),
+        (60_001, Some(Tolerance::Relative(3e-4)), Done, [2400, 6400]),
         // The mean needs more walks, the point does not.
         (
             4001,
-            Some(Tolerance::Absolute(3e-3)),
+            Some(Tolerance::Absolute(1.5e-3)),
             ToleranceNotReached,
-            [2400, 4001],
+            [4000, 4001],
         ),
         // Too few batches for an error bar.
         (
@@ -359,7 +352,7 @@ fn every_runner_stops_every_goal_after_the_same_walk() {
                 let outcome = pool.install(|| run(job, &run_options, None, &())).unwrap();
                 assert_eq!((&outcome.statistics, outcome.stop), (&statistics, stop));
             }
-            let alone = [0, 1].map(|goal| alone(job.task(goal).unwrap(), run_options));
+            let alone = [0, 1].map(|goal| alone(job, goal, run_options));
             assert_eq!(alone.map(|(statistics, _)| statistics), statistics[..]);
             assert_eq!(alone.map(|(_, stop)| stop).into_iter().max(), Some(stop));
         });
@@ -371,10 +364,10 @@ fn every_runner_stops_every_goal_after_the_same_walk() {
 fn a_goal_out_of_range_runs_nothing() {
     with_job::<f64, _>(WalkOptions::default(), |job| {
         let mut batch = Batch::new(0, 10, 10);
-        assert_eq!(Job::run(job, 2, &mut batch, 10), Ok(()));
+        assert_eq!(job.run(2, from_mut(&mut batch), 10), Ok(()));
         assert_eq!(batch, Batch::new(0, 10, 10));
-        assert!(job.task(2).is_none());
-        assert_eq!(Job::run(job, 1, &mut batch, 10), Ok(()));
+        assert!(job.replay(2, 0).is_none());
+        assert_eq!(job.run(1, from_mut(&mut batch), 10), Ok(()));
         assert!(batch.is_done());
     });
 }

@@ -1,27 +1,32 @@
-//! Rooms in several channels: furnaces, the neighbour equations from one ray, and what their variances are beside those of walks of
+//! Rooms in several channels: furnaces, the neighbour equation from one ray, and what its variances are beside those of walks of
 //! one channel.
 
-use fredholm_core::channels::{ChannelFunctional, ChannelGoal, ChannelGoals, ChannelNeighbours};
-use fredholm_core::galerkin::Partition as _;
 use fredholm_core::{
-    Batch, Estimator, Functional, Job, Located, NoNeighbour, Real, RngUniforms, Statistics,
-    Uniforms, WalkOptions, WalkSeeds,
+    Channels, Equation, Estimator, Goal, Goals, LastStep, Located, Neighbour, NeighbourOf,
+    NoNeighbour, Real, RngUniforms, Space, Statistics, Uniforms, Value, WalkOptions, WalkSeeds,
 };
 use fredholm_room::{
-    ChannelControl, ChannelRaySetup, ChannelRayTables, ColouredRays, ColouredRoom, DirectLight,
-    Grading, Material, Matrix, MeanOver, Mesh, Point, Room, RoomError, Scene, Tables, WallColours,
+    ColouredRoom, DirectLight, Grading, Material, Matrix, MeanOver, Mesh, Point, RayControl,
+    RayNeighbour, RaySetup, RayTables, RoomError, Scene, Tables, WallColours, side_by_side,
+    subtract_lights,
 };
-use fredholm_tests::check::long;
+use fredholm_tests::check::{self, long};
 use fredholm_tests::room::{Drawing, random};
+use fredholm_tests::{absorbed, all_ways};
 
 const CHANNELS: usize = 3;
-/// The absorption probability q0.
-const ABSORPTION: f64 = 0.3;
 /// u of furnaces in every channel.
 const U: [f64; CHANNELS] = [1.0, 2.0, 0.5];
 const WEIGHTS: [f64; CHANNELS] = [0.2126, 0.7152, 0.0722];
 /// Standard errors that are allowed: hardly one of all tests of all time is beyond.
 const STANDARD_ERRORS: f64 = 4.9;
+
+/// Numbers of the channels: there is room for one more.
+type Numbers<F> = Channels<F, 4>;
+/// A room in colours.
+type Coloured<'r, 'a, F> = ColouredRoom<'r, 'a, F, 4>;
+/// Its neighbour equation.
+type Rays<'n, 'r, 'a, F, const B: usize> = RayNeighbour<'n, Coloured<'r, 'a, F>, F, B>;
 
 /// A room in colours.
 struct Colours {
@@ -102,44 +107,19 @@ impl Colours {
     fn solved<const B: usize>(&self, cells: usize, last_step: bool) -> Solved<'_> {
         let mesh = Mesh::new::<f64>(&self.scene, cells, Grading::default()).unwrap();
         let matrix = Matrix::with_functions(&self.scene, &mesh, 0.5, B).unwrap();
-        let solutions = matrix
-            .solve_channels(&self.scene, &mesh, &self.walls(), 1e-14, 1000)
-            .unwrap();
-        let mut v: Vec<f64> = (0..mesh.len())
-            .flat_map(|cell| {
-                solutions
-                    .iter()
-                    .map(move |own| &own.v[B * cell..B * (cell + 1)])
-            })
-            .flatten()
-            .copied()
-            .collect();
+        let solutions = matrix.solve_channels(&self.scene, &mesh, &self.walls(), 1e-14, 1000);
+        let mut v = side_by_side(&solutions.unwrap(), B);
         let lights = self.lights(last_step);
         let tables = Tables::<f64>::new(&self.scene, &mesh);
-        let room = Room::new(
-            tables.geometry(),
-            tables.cells(),
-            matrix.views(),
-            ABSORPTION,
-        )
-        .unwrap();
-        let room = room.with_lights(&lights).unwrap();
-        let coloured = ColouredRoom::new(&room, self.walls()).unwrap();
-        if last_step {
-            let polynomials = room.with_functions::<B>();
-            for (cell, own) in v.chunks_exact_mut(CHANNELS * B).enumerate() {
-                let mut emission = [0.0; CHANNELS];
-                coloured.emission_of_light(room.table().wall(cell).unwrap(), &mut emission);
-                for (first, emission) in own.iter_mut().step_by(B).zip(emission) {
-                    *first -= emission;
-                }
-                polynomials.subtract_light(&coloured, cell, own);
-            }
+        let room = tables.room(matrix.views()).with_lights(&lights).unwrap();
+        let coloured = Coloured::new(&room, self.walls()).unwrap();
+        for (cell, own) in v.chunks_exact_mut(CHANNELS * B).enumerate() {
+            subtract_lights::<_, B>(&coloured, cell, own);
         }
-        let setup = ChannelRaySetup::<B>::new(&coloured, &v).unwrap();
-        let cells = (0..mesh.len()).map(|cell| setup.cell(cell));
-        let rays =
-            ChannelRayTables::new(cells.collect::<Result<_, _>>().unwrap(), CHANNELS).unwrap();
+        let rays = RaySetup::<_, B>::new(&coloured, &v)
+            .unwrap()
+            .tables()
+            .unwrap();
         let direct = match lights.as_slice() {
             [] => Vec::new(),
             lights => DirectLight::of_channels(&self.scene, lights, &self.walls()).unwrap(),
@@ -160,22 +140,20 @@ impl Colours {
 struct Solved<'c> {
     colours: &'c Colours,
     mesh: Mesh,
-    matrix: Matrix<'static>,
+    matrix: Matrix,
     v: Vec<f64>,
     lights: Vec<u32>,
-    rays: ChannelRayTables<f64>,
+    rays: RayTables<f64>,
     direct: Vec<DirectLight>,
 }
 
-/// What is done with a room, its neighbour equations, and the mean over all its walls.
-type Then<'t, F, const B: usize> =
-    dyn FnMut(&ColouredRoom<'_, '_, F>, &ColouredRays<'_, '_, '_, F, B>, &MeanOver<'_, '_, F>) + 't;
-
 impl Solved<'_> {
-    fn with<F: Real, const B: usize>(&self, then: &mut Then<'_, F, B>) {
+    fn with<F: Real, R, const B: usize>(
+        &self,
+        then: impl FnOnce(&Coloured<'_, '_, F>, &Rays<'_, '_, '_, F, B>, &MeanOver<'_, '_, F>) -> R,
+    ) -> R {
         let tables = Tables::<F>::new(&self.colours.scene, &self.mesh);
-        let (geometry, cells) = (tables.geometry(), tables.cells());
-        let room = Room::new(geometry, cells, self.matrix.views(), ABSORPTION).unwrap();
+        let room = tables.room(self.matrix.views());
         let room = room.with_lights(&self.lights).unwrap();
         let rounded = |all: &[f64]| all.iter().map(|&x| F::from_f64(x)).collect::<Vec<F>>();
         let (reflectances, emissions) = (
@@ -183,84 +161,84 @@ impl Solved<'_> {
             rounded(&self.colours.emissions),
         );
         let walls = WallColours::new(CHANNELS, (&reflectances, &emissions)).unwrap();
-        let coloured = ColouredRoom::new(&room, walls).unwrap();
-        let v = rounded(&self.v);
-        let rays = self.rays.rounded::<F>().unwrap();
-        let all = 0..geometry.walls().len();
-        let mean = MeanOver::new(&room, tables.lengths(), all).unwrap();
-        then(
-            &coloured,
-            &rays.neighbours::<B>(&coloured, &v).unwrap(),
-            &mean,
-        );
+        let coloured = Coloured::new(&room, walls).unwrap();
+        let (v, rays) = (rounded(&self.v), self.rays.rounded::<F>().unwrap());
+        let neighbour = rays.neighbour::<_, B>(&coloured, &v).unwrap();
+        then(&coloured, &neighbour, &MeanOver::everything(&room))
+    }
+
+    /// v of a channel.
+    fn own<const B: usize>(&self, channel: usize) -> Vec<f64> {
+        let own = self.v.chunks_exact(B).skip(channel).step_by(CHANNELS);
+        own.flatten().copied().collect()
     }
 
     /// (F_s,c, Φ) and (v_c, Φ) of the mean over all walls in every channel.
-    fn means<const B: usize>(&self, mean: &dyn Fn(&[f64]) -> f64) -> [Vec<f64>; 2] {
+    fn means<F: Real, const B: usize>(&self, mean: &MeanOver<'_, '_, F>) -> [Numbers<f64>; 2] {
         let walls = 0..self.colours.scene.geometry().walls().len();
-        let known = match &*self.direct {
-            [] => vec![0.0; CHANNELS],
-            all => all.iter().map(|own| own.emission(walls.clone())).collect(),
+        let of = |channel: usize, of: &dyn Fn(&DirectLight) -> f64| {
+            self.direct.get(channel).map_or(0.0, of)
         };
-        let of = |channel: usize| {
-            let own = self.v.chunks_exact(B).skip(channel).step_by(CHANNELS);
-            let own: Vec<f64> = own.flatten().copied().collect();
-            let reflected = self.direct.get(channel);
-            mean(&own) + reflected.map_or(0.0, |own| own.reflected(walls.clone()))
-        };
-        [known, (0..CHANNELS).map(of).collect()]
+        [
+            Numbers::from_fn(CHANNELS, |c| of(c, &|own| own.emission(walls.clone()))),
+            Numbers::from_fn(CHANNELS, |c| {
+                let own = self.own::<B>(c).into_iter().map(F::from_f64);
+                let own: Vec<F> = own.collect();
+                mean.of(&own) + of(c, &|own| own.reflected(walls.clone()))
+            }),
+        ]
     }
-}
 
-/// The mean over all walls as a functional of all channels.
-struct InColours<'m, 'r, 'a, F>(&'m MeanOver<'r, 'a, F>);
-
-impl<'r, 'a, F: Real> ChannelFunctional<ColouredRoom<'r, 'a, F>> for InColours<'_, '_, 'a, F> {
-    fn start<D: Uniforms<F>>(
+    /// All channels and their weighted sum, by walks that share their steps: with the neighbour equation, and with none.
+    fn walk<F: Real, const B: usize>(
         &self,
-        _: &ColouredRoom<'r, 'a, F>,
-        uniforms: &mut D,
-        known: &mut [F],
-    ) -> (Point<F>, F) {
-        known.fill(F::from_f64(0.0));
-        Functional::<Room<'a, F>>::start(self.0, uniforms)
+        coloured: &Coloured<'_, '_, F>,
+        rays: &Rays<'_, '_, '_, F, B>,
+        mean: &MeanOver<'_, '_, F>,
+        options: WalkOptions,
+        walks: u64,
+    ) -> [Vec<Statistics>; 2] {
+        let means = self.means::<F, B>(mean);
+        if self.lights.is_empty() {
+            walk_all(coloured, rays, (mean, means), options, walks)
+        } else {
+            walk_all(&LastStep(coloured), rays, (mean, means), options, walks)
+        }
     }
 }
 
-/// All channels and their weighted sum, by walks that share their steps.
-fn walk_all<F: Real, N>(
-    coloured: &ColouredRoom<'_, '_, F>,
-    neighbours: &N,
-    (mean, [known, means]): (&MeanOver<'_, '_, F>, &[Vec<f64>; 2]),
-    (estimator, walks): (Estimator, u64),
-) -> Vec<Statistics>
+fn walk_all<F, E, N>(
+    equation: &E,
+    neighbour: &N,
+    (mean, [known, value]): (&MeanOver<'_, '_, F>, [Numbers<f64>; 2]),
+    options: WalkOptions,
+    walks: u64,
+) -> [Vec<Statistics>; 2]
 where
-    N: ChannelNeighbours<Scalar = F, Point = Point<F>> + Sync,
+    F: Real,
+    E: Equation<Value = Numbers<F>> + Space<Scalar = F, Point = Point<F>> + Sync,
+    N: NeighbourOf<E> + Sync,
 {
-    let job = ChannelGoals {
-        equations: coloured,
-        neighbours,
-        goals: &[ChannelGoal {
-            functional: InColours(mean),
-            control_means: Some(means),
+    let goals = |value| {
+        [Goal {
+            functional: mean.clone(),
+            control_mean: Some(value),
             known,
-        }],
-        weights: &WEIGHTS,
-        options: WalkOptions {
-            estimator,
-            ..WalkOptions::default()
-        },
+        }]
     };
-    let mut batches = vec![Batch::new(0, walks, walks); job.shared()];
-    job.run_shared(0, &mut batches, u64::MAX).unwrap();
-    batches.iter().map(|batch| *batch.statistics()).collect()
+    let own = goals(value);
+    let job = Goals::new(equation, neighbour, &own, options).with_sum(&WEIGHTS);
+    let (none, dark) = (
+        NoNeighbour::new(equation),
+        goals(Numbers::splat(CHANNELS, 0.0)),
+    );
+    let plain = Goals::new(equation, &none, &dark, options).with_sum(&WEIGHTS);
+    [check::run(&job, walks), check::run(&plain, walks)]
 }
 
 fn seeds() -> core::ops::Range<u64> {
     0..if long() { 40 } else { 4 }
 }
-
-const ESTIMATORS: [Estimator; 2] = [Estimator::Absorption, Estimator::Collision];
 
 /// F_c = (1 − ρ_c) U_c gives u_c = U_c in every room, plain and preconditioned, with and without a last step to the light.
 #[test]
@@ -270,14 +248,9 @@ fn furnaces_in_colours() {
         let sum: f64 = U.iter().zip(WEIGHTS).map(|(u, weight)| u * weight).sum();
         for last_step in [false, true] {
             let solved = furnace.solved::<B>(60, last_step);
-            solved.with::<F, B>(&mut |coloured, rays, mean| {
-                let rounded = |v: &[f64]| v.iter().map(|&v| F::from_f64(v)).collect::<Vec<F>>();
-                let means = solved.means::<B>(&|v| mean.of(&rounded(v)));
-                let dark = [means[0].clone(), vec![0.0; CHANNELS]];
-                let none = NoNeighbour::<ColouredRoom<'_, '_, F>>::new();
-                for estimator in ESTIMATORS {
-                    let all = walk_all(coloured, rays, (mean, &means), (estimator, 2000));
-                    let alone = walk_all(coloured, &none, (mean, &dark), (estimator, 2000));
+            solved.with::<F, _, B>(|coloured, rays, mean| {
+                for options in all_ways(1) {
+                    let [all, alone] = solved.walk(coloured, rays, mean, options, 2000);
                     for ((all, alone), u) in all.iter().zip(&alone).zip(U.into_iter().chain([sum]))
                     {
                         // The neighbour equation changes no walk.
@@ -302,81 +275,69 @@ fn furnaces_in_colours() {
     }
 }
 
+/// The largest difference of what one ray tells of all G_c from their means by form factors, over what is allowed, in six points.
+fn largest(
+    solved: &Solved<'_>,
+    coloured: &Coloured<'_, '_, f64>,
+    rays: &Rays<'_, '_, '_, f64, 2>,
+    seed: u64,
+) -> f64 {
+    const DRAWS: u32 = 20_000;
+    let room = coloured.room();
+    let mut draws = RngUniforms(<WalkSeeds>::new(seed, 0).generator(0));
+    let mut worst: f64 = 0.0;
+    for place in 0..6 {
+        let cell = place * (solved.mesh.len() - 1) / 5;
+        let point = room.inside(cell, draws.uniform()).unwrap();
+        let x = Located { point, cell };
+        let irradiance = room.irradiance_of::<Numbers<f64>, 2>(&point, &solved.v);
+        let reflected = coloured.kernel(&point, &point).times(&irradiance);
+        let exact = rays.value(&x).minus(&reflected);
+        let nothing = Numbers::splat(CHANNELS, 0.0);
+        let (mut sums, mut squares) = (nothing, nothing);
+        for _ in 0..DRAWS {
+            let off = rays.source(&x, &mut draws).minus(&exact);
+            sums = sums.plus(&off);
+            squares = squares.plus(&off.times(&off));
+        }
+        let n = f64::from(DRAWS);
+        for (sum, square) in sums.as_slice().iter().zip(squares.as_slice()) {
+            let allowed = STANDARD_ERRORS * (square / n / n).sqrt() + 1e-12;
+            worst = worst.max((sum / n).abs() / allowed);
+        }
+    }
+    worst
+}
+
 /// The means of what one ray tells of all G_c are those by form factors; tables of which one number is wrong are found.
 #[test]
 fn what_is_drawn_has_the_mean_that_it_should() {
-    const DRAWS: u32 = 20_000;
-    /// The largest difference from the mean over what is allowed, in six points.
-    fn largest<N>(
-        solved: &Solved<'_>,
-        coloured: &ColouredRoom<'_, '_, f64>,
-        rays: &N,
-        seed: u64,
-    ) -> f64
-    where
-        N: ChannelNeighbours<Scalar = f64, Point = Point<f64>>,
-    {
-        let room = coloured.room();
-        let polynomials = room.with_functions::<2>();
-        let mut draws = RngUniforms(<WalkSeeds>::new(seed, 0).generator(0));
-        let mut worst: f64 = 0.0;
-        for place in 0..6 {
-            let cell = place * (solved.mesh.len() - 1) / 5;
-            let point = room.inside(cell, draws.uniform()).unwrap();
-            let x = Located { point, cell };
-            let mut values = [0.0; CHANNELS];
-            rays.values(&x, &mut values);
-            let reflectances = coloured.colours().reflectances(point.wall());
-            let exact: Vec<f64> = (0..CHANNELS)
-                .map(|channel| {
-                    let own = solved.v.chunks_exact(2).skip(channel).step_by(CHANNELS);
-                    let own: Vec<f64> = own.flatten().copied().collect();
-                    values[channel]
-                        - reflectances[channel] * polynomials.irradiance_of(&point, &own)
-                })
-                .collect();
-            let (mut sums, mut squares) = ([0.0; CHANNELS], [0.0; CHANNELS]);
-            for _ in 0..DRAWS {
-                let mut drawn = [0.0; CHANNELS];
-                rays.sources(&x, &mut draws, &mut drawn);
-                let off = drawn.iter().zip(&exact).map(|(drawn, exact)| drawn - exact);
-                for ((sum, square), off) in sums.iter_mut().zip(&mut squares).zip(off) {
-                    *sum += off;
-                    *square += off * off;
-                }
-            }
-            let n = f64::from(DRAWS);
-            for (sum, square) in sums.iter().zip(squares) {
-                let allowed = STANDARD_ERRORS * (square / n / n).sqrt() + 1e-12;
-                worst = worst.max((sum / n).abs() / allowed);
-            }
-        }
-        worst
-    }
     for seed in seeds() {
         let colours = Colours::saturated(seed);
         let solved = colours.solved::<2>(60, false);
-        solved.with::<f64, 2>(&mut |coloured, rays, _| {
+        solved.with::<f64, _, 2>(|coloured, rays, _| {
             let off = largest(&solved, coloured, rays, seed);
             assert!(off < 1.0, "seed {seed}: {off}");
             // Each table is needed, in every channel.
             let control = solved.rays.control();
-            let wrong = |integrals: f64, controls: f64| {
-                let scaled =
-                    |all: &[f64], by: f64| all.iter().map(|x| by * x).collect::<Vec<f64>>();
+            let scaled = |all: &[f64], by: f64| all.iter().map(|x| by * x).collect::<Vec<f64>>();
+            let wrong = |integrals: f64, boxes: f64| {
+                let mut of_boxes = control.boxes.to_vec();
+                for row in of_boxes.chunks_exact_mut(2 + 15 * CHANNELS) {
+                    row[2..].iter_mut().for_each(|c| *c *= boxes);
+                }
                 let integrals = scaled(control.integrals, integrals);
-                let controls = scaled(control.controls, controls);
-                let spoiled = ChannelControl {
+                let spoiled = RayControl {
                     integrals: &integrals,
-                    controls: &controls,
+                    boxes: &of_boxes,
                     ..control
                 };
-                let rays = ColouredRays::<f64, 2>::new(coloured, &solved.v, spoiled).unwrap();
+                let rays = Rays::new(coloured, &solved.v, spoiled).unwrap();
                 largest(&solved, coloured, &rays, seed)
             };
             assert!(wrong(1.0, 1.0) < 1.0);
-            for (integrals, controls) in [(1.05, 1.0), (1.0, 0.95)] {
-                let off = wrong(integrals, controls);
+            for (integrals, boxes) in [(1.05, 1.0), (1.0, 0.95)] {
+                let off = wrong(integrals, boxes);
                 assert!(off > 1.0, "seed {seed}: {off}");
             }
         });
@@ -395,15 +356,12 @@ fn a_shared_ray_costs_a_channel_little_variance() {
         for last_step in [false, true] {
             let variances = |colours: &Colours| -> Vec<f64> {
                 let solved = colours.solved::<3>(80, last_step);
-                let mut all = Vec::new();
-                solved.with::<f64, 3>(&mut |coloured, rays, mean| {
-                    let means = solved.means::<3>(&|v| mean.of(v));
-                    let run = (Estimator::Collision, WALKS);
-                    let walked = walk_all(coloured, rays, (mean, &means), run);
-                    let of = |own: &Statistics| own.preconditioned().std_error.unwrap().powi(2);
-                    all = walked.iter().map(of).collect();
+                let options = absorbed(Estimator::Collision, 1);
+                let [all, _] = solved.with::<f64, _, 3>(|coloured, rays, mean| {
+                    solved.walk(coloured, rays, mean, options, WALKS)
                 });
-                all
+                let of = |own: &Statistics| own.preconditioned().std_error.unwrap().powi(2);
+                all.iter().map(of).collect()
             };
             let shared = variances(&colours);
             for channel in 0..CHANNELS {
@@ -452,27 +410,26 @@ fn what_does_not_belong_together_is_refused() {
 
     let colours = Colours::furnace::<f64>(1);
     let solved = colours.solved::<1>(30, false);
-    solved.with::<f64, 1>(&mut |coloured, _, _| {
+    solved.with::<f64, _, 1>(|coloured, _, _| {
         let other = WallColours::new(2, (&numbers, &numbers)).unwrap();
-        assert!(matches!(
-            ColouredRoom::new(coloured.room(), other),
-            Err(RoomError::Length { .. })
-        ));
+        let refused = Coloured::new(coloured.room(), other).map(drop);
+        assert!(matches!(refused, Err(RoomError::Length { .. })));
+        let refused = ColouredRoom::<f64, 2>::new(coloured.room(), colours.walls()).map(drop);
+        assert!(matches!(refused, Err(RoomError::Channels { channels: 3 })));
         let control = solved.rays.control();
-        let short = ChannelControl {
-            means: &control.means[1..],
+        let short = RayControl {
+            intervals: &control.intervals[1..],
             ..control
         };
         for refused in [
-            ColouredRays::<f64, 1>::new(coloured, &solved.v[1..], control).map(drop),
-            ColouredRays::<f64, 1>::new(coloured, &solved.v, short).map(drop),
-            ChannelRaySetup::<1>::new(coloured, &solved.v[1..]).map(drop),
+            Rays::<f64, 1>::new(coloured, &solved.v[1..], control).map(drop),
+            Rays::<f64, 1>::new(coloured, &solved.v, short).map(drop),
+            RaySetup::<_, 1>::new(coloured, &solved.v[1..]).map(drop),
         ] {
             assert!(
                 matches!(refused, Err(RoomError::Length { .. })),
                 "{refused:?}"
             );
         }
-        assert_eq!(coloured.room().cells(), solved.mesh.len());
     });
 }

@@ -2,10 +2,9 @@
 //! left of the variance of walks.
 
 use fredholm_core::{
-    Estimator, Form, Length, Located, Neighbour, RngUniforms, StateSpace, Statistics, Task,
-    Uniforms, WalkSeeds,
+    Goal, Located, Neighbour, RngUniforms, Space, Uniforms, WalkOptions, WalkSeeds,
 };
-use fredholm_room::{Choice, Grading, MeanOver, Point, PolynomialRoom};
+use fredholm_room::{Choice, Grading, MeanOver, Point, Room};
 use fredholm_tests::check::{long, neighbour_equation};
 use fredholm_tests::room::{Setup, described, furnished};
 use fredholm_tests::run;
@@ -28,25 +27,24 @@ fn what_is_drawn_has_the_mean_and_the_variance_that_it_should() {
     for seed in seeds() {
         let setup = random(seed);
         let mut sums = [0.0; 2];
-        setup.with_rays::<f64, _>(|neighbour| {
-            setup.with_polynomials::<f64, _>(Choice::Pointwise, |polynomials, _, _, _| {
-                let mut draws = RngUniforms(<WalkSeeds>::new(seed, 0).generator(0));
-                for place in 0..6 {
-                    let cell = place * (setup.mesh.len() - 1) / 5;
-                    let x = inside(polynomials, cell, draws.uniform());
-                    let [mean, variance] = neighbour.source_moments(&x);
-                    let drawn: Vec<f64> = (0..DRAWS)
-                        .map(|_| neighbour.source(&x, &mut draws) - mean)
-                        .collect();
-                    let n = f64::from(DRAWS);
-                    let moment = |k: i32| drawn.iter().map(|d| d.powi(k)).sum::<f64>() / n;
-                    let allowed = 4.9 * (moment(2) / n).sqrt() + 1e-12;
-                    assert!(moment(1).abs() < allowed, "seed {seed}, cell {cell}");
-                    for (sum, own) in sums.iter_mut().zip([moment(2), variance]) {
-                        *sum += own / 6.0;
-                    }
+        setup.with_rays::<f64, _>(|room, neighbour| {
+            let mut draws = RngUniforms(<WalkSeeds>::new(seed, 0).generator(0));
+            for place in 0..6 {
+                let cell = place * (setup.mesh.len() - 1) / 5;
+                let point = room.inside(cell, draws.uniform()).unwrap();
+                let x = Located { point, cell };
+                let [mean, variance] = neighbour.source_moments(&x);
+                let drawn: Vec<f64> = (0..DRAWS)
+                    .map(|_| neighbour.source(&x, &mut draws) - mean)
+                    .collect();
+                let n = f64::from(DRAWS);
+                let moment = |k: i32| drawn.iter().map(|d| d.powi(k)).sum::<f64>() / n;
+                let allowed = 4.9 * (moment(2) / n).sqrt() + 1e-12;
+                assert!(moment(1).abs() < allowed, "seed {seed}, cell {cell}");
+                for (sum, own) in sums.iter_mut().zip([moment(2), variance]) {
+                    *sum += own / 6.0;
                 }
-            });
+            }
         });
         ratios.push(sums[0] / sums[1]);
     }
@@ -56,57 +54,29 @@ fn what_is_drawn_has_the_mean_and_the_variance_that_it_should() {
     assert!((0.85..1.15).contains(&middle), "{ratios:?}");
 }
 
-fn inside<const B: usize>(
-    polynomials: &PolynomialRoom<'_, '_, f64, B>,
-    cell: usize,
-    t: f64,
-) -> Located<Point<f64>> {
-    let point = polynomials.room().inside(cell, t).unwrap();
-    Located { point, cell }
-}
-
 /// Walks whose G takes one ray have at most 1.5 times the variance of those whose G is exact: boxes are made for 1.25 in the
 /// mean over the walls, and the variances of 20,000 walks are known to a few per cent.
 #[test]
 fn a_ray_costs_little_variance() {
     for seed in seeds() {
         let setup = random(seed);
-        let exact = setup
-            .with_polynomials::<f64, _>(Choice::Pointwise, |room, pairs, v, lengths| {
-                variance(room, pairs, v, lengths)
-            });
-        let rays = setup.with_rays::<f64, _>(|rays| {
-            setup.with_polynomials::<f64, _>(Choice::Pointwise, |room, _, v, lengths| {
-                variance(room, rays, v, lengths)
-            })
-        });
+        let v = &setup.solution.v;
+        let exact =
+            setup.with::<f64, _>(Choice::Pointwise, |room, pairs, _| variance(room, pairs, v));
+        let rays = setup.with_rays::<f64, _>(|room, rays| variance(room, rays, v));
         assert!(rays < 1.5 * exact, "seed {seed}: {rays} {exact}");
     }
 }
 
 /// The variance of a walk of the mean over all walls.
-fn variance<N, const B: usize>(
-    polynomials: &PolynomialRoom<'_, '_, f64, B>,
-    neighbour: &N,
-    v: &[f64],
-    lengths: &[f64],
-) -> f64
+fn variance<N>(room: &Room<'_, f64>, neighbour: &N, v: &[f64]) -> f64
 where
-    N: Neighbour<Scalar = f64, Point = Point<f64>> + Sync,
+    N: Neighbour<Scalar = f64, Point = Point<f64>, Value = f64> + Sync,
 {
-    let room = polynomials.room();
-    let mean = MeanOver::new(room, lengths, 0..lengths.len() - 1).unwrap();
-    let task = Task {
-        equation: room,
-        neighbour,
-        functional: &mean,
-        control_mean: Some(mean.of(v)),
-        estimator: Estimator::Absorption,
-        form: Form::Product,
-        seeds: <WalkSeeds>::new(1, 0),
-        length: Length::default(),
-    };
-    let all: Statistics = run(&task, 20_000);
+    let mean = MeanOver::everything(room);
+    let value = mean.of(v);
+    let goal = Goal::new(mean, Some(value));
+    let all = run(room, neighbour, &goal, WalkOptions::default(), 20_000);
     let [plain, best] = [all.plain(), all.preconditioned()];
     let [wide, narrow] = [plain, best].map(|estimate| estimate.std_error.unwrap());
     assert!((plain.estimate - best.estimate).abs() < 4.9 * wide);
@@ -136,16 +106,18 @@ impl Uniforms<f64> for Same {
     }
 }
 
-impl<N: Neighbour<Scalar = f64>> StateSpace for Faulty<'_, N> {
+impl<N: Neighbour<Scalar = f64, Value = f64>> Space for Faulty<'_, N> {
     type Scalar = f64;
     type Point = N::Point;
 }
 
-impl<N: Neighbour<Scalar = f64>> Neighbour for Faulty<'_, N> {
+impl<N: Neighbour<Scalar = f64, Value = f64>> Neighbour for Faulty<'_, N> {
+    type Value = f64;
+
     fn locate(&self, x: N::Point) -> Located<N::Point> {
         self.0.locate(x)
     }
-    fn kernel(&self, x: &Located<N::Point>, y: &Located<N::Point>, k: f64) -> f64 {
+    fn kernel(&self, x: &Located<N::Point>, y: &Located<N::Point>, k: &f64) -> f64 {
         self.0.kernel(x, y, k)
     }
     fn source(&self, x: &Located<N::Point>, draws: &mut dyn Uniforms<f64>) -> f64 {
@@ -170,8 +142,8 @@ fn the_kit_finds_a_broken_ray() {
     const CELLS: usize = 60;
     let drawing = furnished();
     let setup = Setup::new::<f64>(&drawing, CELLS, Grading::default()).unwrap();
-    described::<f64, _>(&drawing, CELLS, 1.0, |described| {
-        setup.with_rays::<f64, _>(|rays| {
+    described::<f64, _, 1>(&drawing, CELLS, 1.0, |described| {
+        setup.with_rays::<f64, _>(|_, rays| {
             for fault in [Fault::Nothing, Fault::Control, Fault::Draws] {
                 for seed in [1, 2, 3] {
                     let outcome = neighbour_equation(described, &Faulty(rays, fault), seed);

@@ -1,9 +1,7 @@
 //! No ray leaves a closed room; rays end where the nearest wall is.
 
-use fredholm_core::{DefaultGenerator, Real, RngUniforms, Sampler, Uniforms, WalkSeeds};
-use fredholm_room::{
-    Enclosure, Grading, Material, Mesh, Room, Scene, Surface, Tables, VisibilityTable,
-};
+use fredholm_core::{Chain, DefaultGenerator, Real, RngUniforms, Uniforms, WalkSeeds};
+use fredholm_room::{Enclosure, Grading, Material, Mesh, Scene, Surface, Tables, VisibilityTable};
 use fredholm_tests::room::{Drawing, crowd, scenes, square};
 
 /// Turned, shrunk and moved far away: no vertex that lies on a wall does so exactly.
@@ -49,19 +47,13 @@ fn tables<F: Real>(drawing: &Drawing) -> Tables<F> {
 /// vertices. Returns how many.
 fn rays<F: Real>(drawing: &Drawing, steps: u64) -> u64 {
     let tables = tables::<F>(drawing);
-    let room = Room::new(
-        tables.geometry(),
-        tables.cells(),
-        VisibilityTable::none(),
-        0.1,
-    )
-    .unwrap();
+    let room = tables.room(VisibilityTable::none());
     let walls = room.geometry().walls();
     let mut uniforms = RngUniforms(WalkSeeds::<DefaultGenerator>::new(1, 0).generator(0));
     let lost = |what: &str, x: [F; 2]| -> ! {
         panic!("{}, {what}: a ray from {x:?} is lost", drawing.name)
     };
-    let mut x = room.point(0, 0.4).unwrap();
+    let mut x = room.on_wall(0, 0.4).unwrap();
     for _ in 0..steps {
         let from = x.position();
         x = room
@@ -74,7 +66,7 @@ fn rays<F: Real>(drawing: &Drawing, steps: u64) -> u64 {
             let t: F = uniforms.uniform();
             let near = t.to_f64().powi(12);
             for t in [0.0, 1.0, 0.5, near, 1.0 - near, t.to_f64()] {
-                let x = room.point(w, t).unwrap();
+                let x = room.on_wall(w, t).unwrap();
                 room.step(&x, &mut uniforms)
                     .unwrap_or_else(|| lost("from an end", x.position()));
                 // Towards a vertex in front of the wall.
@@ -127,12 +119,12 @@ fn the_hierarchy_finds_what_a_search_of_all_walls_finds() {
     for drawing in scenes().into_iter().chain([spiky(), crowd(3000)]) {
         let tables = tables::<f64>(&drawing);
         let geometry = tables.geometry();
-        let room = Room::new(geometry, tables.cells(), VisibilityTable::none(), 0.1).unwrap();
+        let room = tables.room(VisibilityTable::none());
         let mut uniforms = RngUniforms(WalkSeeds::<DefaultGenerator>::new(2, 0).generator(0));
         let mut draw = || -> f64 { uniforms.uniform() };
         for _ in 0..3_000 {
             let w = (draw() * geometry.walls().len() as f64) as usize;
-            let x = room.point(w, draw()).unwrap().position();
+            let x = room.on_wall(w, draw()).unwrap().position();
             let wall = geometry.walls()[w];
             let angle = core::f64::consts::PI * draw();
             let (sin, cos) = angle.sin_cos();

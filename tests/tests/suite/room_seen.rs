@@ -1,12 +1,10 @@
 //! What surfaces and points of a room receive: irradiance, net fluxes, directions.
 
-use fredholm_core::{At, Estimator, Real, WalkSeeds};
+use fredholm_core::{At, Estimator, Goal, NoNeighbour, Real, WalkOptions};
 use fredholm_room::{Choice, Grading, Irradiance, Material, MeanOver, Seen};
 use fredholm_tests::check::{STANDARD_ERRORS, means};
-use fredholm_tests::room::{
-    CHOICES, Drawing, Setup, assert_ok, block, furnace, glowing, scenes, task,
-};
-use fredholm_tests::run;
+use fredholm_tests::room::{CHOICES, Drawing, Setup, assert_ok, block, furnace, glowing, scenes};
+use fredholm_tests::{absorbed, run};
 
 #[test]
 fn irradiance_needs_no_reflectance() {
@@ -28,30 +26,17 @@ fn irradiance_needs_no_reflectance() {
         ..drawing
     };
     let setup = Setup::new::<f64>(&drawing, 100, Grading::default()).unwrap();
-    setup.with::<f64, _>(Choice::Default, |room, neighbour, v, lengths| {
-        let equation = (room, neighbour);
-        let x = room.point(0, 0.37).unwrap();
-        let point = Irradiance { room, of: At(x) };
-        let value = Some(room.irradiance_of(&x, v));
-        let seeds = WalkSeeds::new(1, 0);
-        let statistics = run(
-            &task(equation, &point, value, Estimator::Collision, seeds),
-            20_000,
-        );
+    setup.with::<f64, _>(Choice::Default, |room, neighbour, v| {
+        let x = room.on_wall(0, 0.37).unwrap();
+        let value = room.irradiance_of::<f64, 1>(&x, v);
+        let point = Goal::new(Irradiance(At(x)), Some(value));
+        let options = absorbed(Estimator::Collision, 1);
+        let statistics = run(room, neighbour, &point, options, 20_000);
         assert_ok(&drawing, "irradiance", means(&statistics, Some(1.0), 1e-13));
-        let mean = Irradiance {
-            room,
-            of: MeanOver::new(room, lengths, 0..1).unwrap(),
-        };
-        let statistics = run(
-            &task(equation, &mean, None, Estimator::Absorption, seeds),
-            20_000,
-        );
-        assert_ok(
-            &drawing,
-            "mean irradiance",
-            means(&statistics, Some(1.0), 1e-13),
-        );
+        let mean = Goal::new(Irradiance(MeanOver::new(room, 0..1).unwrap()), None);
+        let statistics = run(room, neighbour, &mean, WalkOptions::default(), 20_000);
+        let outcome = means(&statistics, Some(1.0), 1e-13);
+        assert_ok(&drawing, "mean irradiance", outcome);
     });
 }
 
@@ -67,20 +52,14 @@ fn an_open_scene_loses_light() {
     let sine = |d: f64| d / (d * d + 0.25).sqrt();
     let exact = 0.5 * (sine(0.7) + sine(0.3));
     for choice in CHOICES {
-        setup.with::<f64, _>(choice, |room, neighbour, v, _| {
-            let x = room.point(0, 0.3).unwrap();
-            let point = Irradiance { room, of: At(x) };
-            let value = room.irradiance_of(&x, v);
+        setup.with::<f64, _>(choice, |room, neighbour, v| {
+            let x = room.on_wall(0, 0.3).unwrap();
+            let value = room.irradiance_of::<f64, 1>(&x, v);
             // The lamp gets nothing back from black: v is exact.
             assert!((value - exact).abs() < 1e-14);
-            let walk = task(
-                (room, neighbour),
-                &point,
-                Some(value),
-                Estimator::Collision,
-                WalkSeeds::new(1, 0),
-            );
-            let statistics = run(&walk, 20_000);
+            let point = Goal::new(Irradiance(At(x)), Some(value));
+            let options = absorbed(Estimator::Collision, 1);
+            let statistics = run(room, neighbour, &point, options, 20_000);
             assert_ok(&drawing, "plates", means(&statistics, Some(exact), 1e-14));
             assert!(statistics.terminations().left > 1000);
         });
@@ -92,16 +71,14 @@ fn an_open_scene_loses_light() {
 fn the_energy_of_a_furnace_is_balanced() {
     let drawing = furnace();
     let setup = Setup::new::<f64>(&drawing, 400, Grading::default()).unwrap();
-    setup.with::<f64, _>(Choice::Default, |room, neighbour, v, lengths| {
-        let equation = (room, neighbour);
-        let mean = MeanOver::new(room, lengths, 0..lengths.len() - 1).unwrap();
-        let seeds = |target| WalkSeeds::new(1, target);
-        let walks = 100_000;
-        let value = Some(mean.of(v));
-        let out = task(equation, &mean, value, Estimator::Absorption, seeds(0));
-        let falls = Irradiance { room, of: mean };
-        let into = task(equation, &falls, None, Estimator::Absorption, seeds(1));
-        let [out, into] = [run(&out, walks), run(&into, walks)].map(|s| s.preconditioned());
+    setup.with::<f64, _>(Choice::Default, |room, neighbour, v| {
+        let mean = MeanOver::everything(room);
+        let out = Goal::new(mean.clone(), Some(mean.of(v)));
+        let into = Goal::new(Irradiance(mean), None);
+        let (options, walks) = (WalkOptions::default(), 100_000);
+        let out = run(room, neighbour, &out, options, walks).preconditioned();
+        let options = WalkOptions { seed: 2, ..options };
+        let into = run(room, neighbour, &into, options, walks).preconditioned();
         let [a, b] = [out, into].map(|e| e.std_error.unwrap());
         println!("u {} ± {a}, H {} ± {b} W/m²", out.estimate, into.estimate);
         assert!((out.estimate - into.estimate).abs() < STANDARD_ERRORS * (a * a + b * b).sqrt());
@@ -124,13 +101,11 @@ fn a_point_between_walls_sees_them() {
         .line(&[[1.0, 0.5], [0.0, 0.5]], 0.5, 1.0);
     drawing.open = true;
     let setup = Setup::new::<f64>(&drawing, 50, Grading::default()).unwrap();
-    setup.with::<f64, _>(Choice::Default, |room, neighbour, _, _| {
+    setup.with::<f64, _>(Choice::Default, |room, _, _| {
         let seen = |position| {
-            let seen = Seen { room, position };
-            let seeds = WalkSeeds::new(1, 0);
-            let estimator = Estimator::Collision;
-            let task = task((room, neighbour), &seen, None, estimator, seeds);
-            run(&task, 50_000).plain()
+            let goal = Goal::new(Seen { room, position }, None);
+            let none = NoNeighbour::new(room);
+            run(room, &none, &goal, WalkOptions::default(), 50_000).plain()
         };
         let inside = seen([0.3, 0.2]);
         let angle = f64::atan2(0.7, 0.3) + f64::atan2(0.3, 0.3);
@@ -140,8 +115,8 @@ fn a_point_between_walls_sees_them() {
         // Above the lamp only its back is seen.
         assert_eq!(seen([0.3, 0.7]).estimate, 0.0);
         // The angles themselves, with 1 for v on the lamp, 0 on the other plate: rounding only.
-        let lamp = |cell| f64::from(u8::from(room.table().wall(cell) == Some(1)));
-        let v: Vec<f64> = (0..room.table().len()).map(lamp).collect();
+        let lamp = |cell| f64::from(u8::from(room.partition().wall(cell) == Some(1)));
+        let v: Vec<f64> = (0..room.partition().len()).map(lamp).collect();
         let of = |position| Seen { room, position }.of(&v);
         let [value, share] = of([0.3, 0.2]);
         let floor = (f64::atan2(0.3, 0.2) + f64::atan2(0.7, 0.2)) / core::f64::consts::TAU;
@@ -161,7 +136,7 @@ fn a_baffle_takes_its_angle_from_the_lamp() {
         .line(&[[1.0, 0.5], [1.0, 0.0]], 0.0, 0.0)
         .line(&[[1.0, 0.0], [1.0, 0.5]], 0.0, 0.0);
     let setup = Setup::new::<f64>(&drawing, 60, Grading::default()).unwrap();
-    setup.with::<f64, _>(Choice::Pointwise, |room, _, v, _| {
+    setup.with::<f64, _>(Choice::Pointwise, |room, _, v| {
         // The line from (1.5, y) over the baffle's top meets the lamp at 1.5 − 2y.
         for (y, lowest) in [(0.1, 1.3), (0.25, 1.0), (0.4, 0.7), (0.75, 0.0), (0.9, 0.0)] {
             let position = [1.5, y];
@@ -185,7 +160,7 @@ fn walls_fill_all_directions_in_the_room_and_none_outside() {
     fn in_scalar<F: Real>() {
         for drawing in scenes().into_iter().filter(|drawing| !drawing.open) {
             let setup = Setup::new::<F>(&drawing, 100, Grading::default()).unwrap();
-            setup.with::<F, _>(Choice::Pointwise, |room, neighbour, v, _| {
+            setup.with::<F, _>(Choice::Pointwise, |room, neighbour, v| {
                 let ends = || room.geometry().walls().iter().flat_map(|wall| wall.ends);
                 let at = |k: usize| ends().map(move |end| end[k].to_f64());
                 let [low, high] = [
@@ -213,10 +188,9 @@ fn walls_fill_all_directions_in_the_room_and_none_outside() {
                     let off = (share - expected).abs();
                     assert!(off < rounding, "{} {place:?} {share}", drawing.name);
                     if inside && i % 100 == 0 {
-                        let (equation, value) = ((room, neighbour), Some(value));
-                        let seeds = WalkSeeds::new(1, u64::from(i));
-                        let task = task(equation, &seen, value, Estimator::Absorption, seeds);
-                        let control = run(&task, 4000).control();
+                        let goal = Goal::new(seen, Some(value));
+                        let options = absorbed(Estimator::Absorption, u64::from(i));
+                        let control = run(room, neighbour, &goal, options, 4000).control();
                         let sigma = control.std_error.unwrap();
                         assert!(
                             control.estimate.abs() < STANDARD_ERRORS * sigma,

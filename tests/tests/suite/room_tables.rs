@@ -1,9 +1,8 @@
 //! Tables of a room: those that do not belong together, and none at all.
 
-use fredholm_core::galerkin::Piecewise;
 use fredholm_room::{
-    Cells, Edge, Geometry, Grading, Node, Room, RoomError, RoomPairs, Strip, Tables,
-    VisibilityTable, Wall,
+    Edge, Geometry, Grading, Node, Partition, PartitionTables, Room, RoomError, RoomPairs, Strip,
+    Tables, VisibilityTable, Wall,
 };
 use fredholm_tests::check::neighbour_equation;
 use fredholm_tests::room::{CHOICES, Setup, assert_ok, block, described};
@@ -14,17 +13,12 @@ fn no_views_are_right_too() {
     let setup = Setup::new::<f64>(&block(), 24, Grading::default()).unwrap();
     let tables = Tables::<f64>::new(&setup.scene, &setup.mesh);
     let views = VisibilityTable::none();
-    let room = Room::new(tables.geometry(), tables.cells(), views, 0.2).unwrap();
+    let (room, dense) = (tables.room(views), setup.matrix.coefficients());
     for choice in CHOICES {
         let pairs = RoomPairs { views, choice };
-        let v = setup.solution.rounded::<f64>().unwrap();
-        let g = setup
-            .solution
-            .source::<f64>(&setup.matrix.coefficients(), &pairs)
-            .unwrap();
-        let dense = setup.matrix.coefficients();
-        let neighbour = Piecewise::with_pointwise(&room, &dense, pairs, &v, &g).unwrap();
-        described::<f64, _>(&block(), 24, 1.0, |described| {
+        let vectors = setup.solution.for_walks::<f64, _>(&dense, pairs).unwrap();
+        let neighbour = vectors.with_pointwise::<_, _, 1>(&room, &dense).unwrap();
+        described::<f64, _, 1>(&block(), 24, 1.0, |described| {
             let result = neighbour_equation(described, &neighbour, 1);
             assert_ok(&block(), &format!("{choice:?}"), result);
         });
@@ -127,8 +121,14 @@ fn tables_that_do_not_belong_together() {
         along,
         position: [along, 0.0],
     };
-    let cells =
-        |edges: &[Edge<f64>], of: &[u32], first: &[u32]| Cells::new(&good, edges, of, first).err();
+    let cells = |edges: &[Edge<f64>], walls: &[u32], first: &[u32]| {
+        let tables = PartitionTables {
+            edges,
+            walls,
+            first,
+        };
+        Partition::new(&good, tables).err()
+    };
     let edges = [edge(0.0), edge(0.5), edge(1.0)];
     assert_eq!(cells(&edges, &[0, 0], &[0, 2]), None);
     assert_eq!(cells(&edges, &[0, 1], &[0, 2]), bad);
@@ -144,9 +144,16 @@ fn tables_that_do_not_belong_together() {
         found: 3,
     };
     assert_eq!(VisibilityTable::new(&[0; 3], 2).err(), Some(length));
-    for absorption in [0.0, 1.0, f64::NAN] {
-        let cells = Cells::new(&good, &edges, &[0, 0], &[0, 2]).unwrap();
-        let room = Room::new(good, cells, VisibilityTable::none(), absorption);
-        assert_eq!(room.err(), Some(RoomError::Absorption));
-    }
+    let tables = PartitionTables {
+        edges: &edges,
+        walls: &[0, 0],
+        first: &[0, 2],
+    };
+    let partition = Partition::new(&good, tables).unwrap();
+    let room = Room::new(good, partition, &[0.0], VisibilityTable::none());
+    let length = RoomError::Length {
+        expected: 2,
+        found: 1,
+    };
+    assert_eq!(room.err(), Some(length));
 }

@@ -1,9 +1,8 @@
 //! Error bars that are not believed, as large scores are rare: both runners go on, and stop after the same walk.
 
 use fredholm_core::{
-    DefaultGenerator, Estimator, Form, Functional, Goal, Goals, Kernel, Length, NoNeighbour, Real,
-    RunOptions, Sampler, Source, StateSpace, Statistics, StopReason, Tail, Task, Tolerance,
-    Uniforms, WalkOptions, WalkSeeds,
+    Chain, Equation, Functional, Goal, Goals, NoNeighbour, Real, RunOptions, Space, Start, StartOf,
+    Statistics, StopReason, Tail, Tolerance, Uniforms, WalkOptions,
 };
 use fredholm_embedded::Driver;
 use fredholm_rayon::{Observer, run};
@@ -11,25 +10,21 @@ use fredholm_rayon::{Observer, run};
 /// u = F on [0, 1], with F(x) = x^−a: F² has an integral if a < ½.
 struct Power(f64);
 
-impl StateSpace for Power {
+impl Space for Power {
     type Scalar = f64;
     type Point = f64;
 }
-impl Sampler for Power {
-    fn absorption(&self, _: &f64) -> f64 {
-        1.0
-    }
-    fn step<U: Uniforms<f64>>(&self, _: &f64, uniforms: &mut U) -> Option<f64> {
-        Some(uniforms.uniform())
+impl Chain for Power {
+    fn step<U: Uniforms<f64>>(&self, _: &f64, _: &mut U) -> Option<f64> {
+        None
     }
 }
-impl Kernel for Power {
+impl Equation for Power {
+    type Value = f64;
     fn kernel(&self, _: &f64, _: &f64) -> f64 {
         0.0
     }
-}
-impl Source for Power {
-    fn source(&self, x: &f64) -> f64 {
+    fn source<U: Uniforms<f64>>(&self, x: &f64, _: &mut U) -> f64 {
         Real::pow(*x, -self.0)
     }
 }
@@ -38,10 +33,10 @@ impl Source for Power {
 struct Mean;
 
 impl Functional<Power> for Mean {
-    fn start<U: Uniforms<f64>>(&self, uniforms: &mut U) -> (f64, f64) {
+    fn start<U: Uniforms<f64>>(&self, power: &Power, uniforms: &mut U) -> StartOf<Power> {
         let x: f64 = uniforms.uniform();
         // Half a unit of the generator: 0 is not drawn.
-        (x + 2.0_f64.powi(-54), 1.0)
+        Start::of(power, x + 2.0_f64.powi(-54), 1.0)
     }
 }
 
@@ -64,29 +59,16 @@ fn options() -> RunOptions {
 
 /// The statistics and the end by rayon, and by the embedded runner in pieces of so many walks.
 fn both(equation: &Power, doubting: bool, piece: u64) -> [(Statistics, StopReason); 2] {
-    let none = NoNeighbour::<Power>::new();
-    let goals = [Goal {
-        functional: Mean,
-        control_mean: Some(0.0),
-    }];
-    let job = Goals::new(equation, &none, &goals, WalkOptions::default());
+    let none = NoNeighbour::new(equation);
+    let goals = [Goal::new(Mean, Some(0.0))];
+    let job: Goals<'_, _, _, _> = Goals::new(equation, &none, &goals, WalkOptions::default());
     let observer: &dyn Observer = if doubting { &Doubting } else { &() };
     let outcome = run(&job, &options(), None, observer).unwrap();
-    let task = Task {
-        equation,
-        neighbour: &none,
-        functional: &Mean,
-        control_mean: Some(0.0),
-        estimator: Estimator::Absorption,
-        form: Form::Product,
-        seeds: WalkSeeds::<DefaultGenerator>::new(WalkOptions::default().seed, 0),
-        length: Length::default(),
-    };
-    let mut driver = Driver::new(task, options()).unwrap();
-    let mut tail = Tail::default();
+    let mut driver = Driver::<_, 1>::new(&job, 0, options()).unwrap();
+    let mut tails = [Tail::default()];
     let stop = loop {
         let progress = if doubting {
-            driver.poll_with_tail(piece, &mut tail, 0.0)
+            driver.poll_with_tails(piece, &mut tails, 0.0)
         } else {
             driver.poll(piece)
         };
@@ -94,10 +76,8 @@ fn both(equation: &Power, doubting: bool, piece: u64) -> [(Statistics, StopReaso
             break stop;
         }
     };
-    [
-        (outcome.statistics[0], outcome.stop),
-        (driver.statistics(), stop),
-    ]
+    let [statistics] = driver.statistics();
+    [(outcome.statistics[0], outcome.stop), (statistics, stop)]
 }
 
 #[test]

@@ -142,7 +142,7 @@ fn a_copy_builds_and_likely_mistakes_are_answered_as_the_guide_shows() {
     let copy = Copy::new("my-equation", &[]);
     copy.check().unwrap_or_else(|said| panic!("{said}"));
 
-    let kernel = without("Kernel");
+    let equation = without("Equation");
     let moments = without("TransitionMoments");
     let integral = without("PairIntegral");
     let narrow = |text: &str| text.replace("&Described::<f32>", "&Described::<f64>");
@@ -150,8 +150,8 @@ fn a_copy_builds_and_likely_mistakes_are_answered_as_the_guide_shows() {
     let mistakes: [Mistake<'_>; 4] = [
         (
             "src/lib.rs",
-            &kernel,
-            "error[E0277]: `MyEquation<F>` has no kernel",
+            &equation,
+            "error[E0277]: `MyEquation<F>` is a chain without an equation",
         ),
         (
             "src/lib.rs",
@@ -166,7 +166,7 @@ fn a_copy_builds_and_likely_mistakes_are_answered_as_the_guide_shows() {
         (
             "tests/conformance.rs",
             &narrow,
-            "error[E0271]: type mismatch resolving `<MyEquation<f64> as StateSpace>::Scalar == f32`",
+            "error[E0271]: type mismatch resolving `<MyEquation<f64> as Space>::Scalar == f32`",
         ),
     ];
     for (file, mistake, first) in mistakes {

@@ -2,30 +2,33 @@
 
 use core::f64::consts::TAU;
 
-use fredholm_circle::{CircleQuadrature, MeanOver};
-use fredholm_core::galerkin::Pairs;
+use fredholm_circle::{Harmonic, MeanOver, Point};
+use fredholm_core::galerkin::{Cells, Pairs, TransitionMoments};
 use fredholm_core::{
-    At, Equation, Estimator, Form, Functional, Goal, Goals, Neighbour, NeighbourOf, RunOptions,
-    Source, WalkOptions,
+    Absorption, At, Density as _, Equation, Estimator, Functional, Goal, Located, Neighbour,
+    NeighbourOf, RunOptions, Space, WalkOptions,
 };
-use fredholm_cube::{CubeQuadrature, Mean, model};
+use fredholm_cube::{CubeRule, Mean, model};
 use fredholm_rayon::{fill_rows, run};
 use fredholm_room::{Choice, Grading, RoomQuadrature};
 use fredholm_tests::check::long;
-use fredholm_tests::circle::{DEFAULT, LIGHT, PAPER, RHO, with_piecewise, with_polynomials};
+use fredholm_tests::circle::{
+    DEFAULT, LIGHT, Owned, PAPER, RHO, circle as of_arcs, with_piecewise, with_polynomials,
+};
 use fredholm_tests::cube::{ALL, with_degree};
+use fredholm_tests::quadrature::gauss_legendre;
 use fredholm_tests::room::{Setup, doorway, facet, furnished, square};
+use fredholm_tests::{Objects, absorbed, all_ways};
 use fredholm_variance::{
-    Analysis, Bounds, Density, Parts, Pass, Prediction, Quadrature, Start, VarianceSetup,
+    Analysis, Bounds, Density, Parts, Pass, Prediction, Quadrature, Start, Step, VarianceSetup,
 };
 
-/// What walks score; the last in the long form alone.
-const SCORES: [(Estimator, Form); 4] = [
-    (Estimator::Absorption, Form::Product),
-    (Estimator::Collision, Form::Product),
-    (Estimator::Absorption, Form::Residual),
-    (Estimator::Collision, Form::Residual),
-];
+/// How walks end, and what they score; the last in the long form alone.
+fn ways() -> [WalkOptions; 4] {
+    let [absorption, collision, roulette] = all_ways(0);
+    let residual = absorbed(Estimator::Absorption, 0);
+    [absorption, collision, roulette, residual]
+}
 /// Groups of walks, whose variances tell how uncertain their mean is.
 const GROUPS: u64 = 64;
 
@@ -57,30 +60,20 @@ fn in_parallel<T: Send>(all: &mut [T], pass: &Pass<'_, T>) {
 fn measured<E, N, T>(
     equation: &E,
     neighbour: &N,
-    functional: T,
-    value: f64,
-    (estimator, form): (Estimator, Form),
+    goal: &Goal<T, f64>,
+    options: WalkOptions,
     rare: bool,
 ) -> [[f64; 3]; 2]
 where
-    E: Equation<Scalar = f64> + Sync,
+    E: Equation<Scalar = f64, Value = f64> + Sync,
     N: NeighbourOf<E> + Sync,
-    T: Functional<E> + Sync + Copy,
+    T: Functional<E> + Sync,
 {
     let mut all = [[0.0; 2]; 2];
     let each = walks(rare) / GROUPS;
+    let objects = Objects::new(equation, neighbour, goal);
     for seed in 0..GROUPS {
-        let goals = [Goal {
-            functional,
-            control_mean: Some(value),
-        }];
-        let options = WalkOptions {
-            seed,
-            estimator,
-            form,
-            ..WalkOptions::default()
-        };
-        let job = Goals::new(equation, neighbour, &goals, options);
+        let job = objects.job(WalkOptions { seed, ..options });
         let outcome = run(&job, &RunOptions::new(each), None, &()).unwrap();
         let statistics = &outcome.statistics[0];
         for (sums, of) in all
@@ -114,30 +107,33 @@ fn compare<E, N, S, L, T>(
     what: &str,
     setting: VarianceSetup<'_, E, N, S, L>,
     start: Start<'_, L::Point>,
-    functional: T,
-    value: f64,
+    goal: &Goal<T, f64>,
 ) where
-    E: Equation<Scalar = f64, Point = L::Point> + Source + Sync,
+    E: Equation<Scalar = f64, Point = L::Point, Value = f64> + Sync,
     N: NeighbourOf<E> + Sync,
-    S: Pairs + Sync,
+    S: Pairs + Copy + Sync,
     L: Quadrature + Sync,
     L::Point: Send + Sync,
-    T: Functional<E> + Sync + Copy,
+    T: Functional<E> + Sync,
 {
-    let (equation, neighbour, starts) = (setting.equation, setting.neighbour, [start]);
-    let model = setting.with_starts(&starts).unwrap();
-    for scores in SCORES.into_iter().take(if long() { 4 } else { 3 }) {
-        let (estimator, form) = scores;
-        let analysis = Analysis::new(&model, estimator, form, &in_parallel).unwrap();
+    let starts = [start];
+    for (number, options) in ways()
+        .into_iter()
+        .take(if long() { 4 } else { 3 })
+        .enumerate()
+    {
+        let WalkOptions {
+            absorption, form, ..
+        } = options;
+        let setting = VarianceSetup {
+            absorption,
+            ..setting
+        };
+        let model = setting.with_starts(&starts).unwrap();
+        let analysis = Analysis::new(&model, absorption.estimator(), form, &in_parallel).unwrap();
         let prediction = analysis.predict(0).unwrap();
-        let found = measured(
-            equation,
-            neighbour,
-            functional,
-            value,
-            scores,
-            what.starts_with("circle 1000"),
-        );
+        let is_rare = what.starts_with("circle 1000");
+        let found = measured(setting.equation, setting.neighbour, goal, options, is_rare);
         let predicted = [prediction.plain, prediction.preconditioned];
         let kinds = ["plain", "preconditioned"].into_iter();
         for (kind, (predicted, [sd, error, kurtosis])) in
@@ -146,18 +142,18 @@ fn compare<E, N, S, L, T>(
             let predicted = predicted.unwrap().sqrt();
             let off = predicted / sd - 1.0;
             println!(
-                "| {what} | {estimator:?}, {form:?} | {kind} | {predicted:.4e} | {sd:.4e} ± {:.1} % | {kurtosis:.0} | {:+.2} % |",
+                "| {what} | {absorption:?}, {form:?} | {kind} | {predicted:.4e} | {sd:.4e} ± {:.1} % | {kurtosis:.0} | {:+.2} % |",
                 100.0 * error / sd,
                 100.0 * off
             );
             let allowed = 3.0 * error / sd * (kurtosis / 30.0).max(1.0).sqrt();
             assert!(
                 off.abs() < allowed.max(0.02),
-                "{what} {scores:?} {kind}: {off}"
+                "{what} {options:?} {kind}: {off}"
             );
         }
         attributed(&analysis, &prediction);
-        if scores == SCORES[0] {
+        if number == 0 {
             bounded(what, &analysis, &prediction, found[1][0]);
         }
     }
@@ -207,25 +203,79 @@ fn bounded(what: &str, analysis: &Analysis<'_>, prediction: &Prediction, sd: f64
     assert!(theorem_5.is_none() || five > 1.0, "{what}");
 }
 
+/// Equal arcs of a circle as sites, with the exact masses of a circle with as many cells.
+struct ArcSites<'a> {
+    circle: &'a Owned<f64, Harmonic>,
+    parts: Owned<f64, Harmonic>,
+    rule: Vec<(f64, f64)>,
+}
+
+impl<'a> ArcSites<'a> {
+    /// The cells, or equal parts of them as long as there are at most `nodes` nodes.
+    fn new(circle: &'a Owned<f64, Harmonic>, degree: usize, nodes: usize) -> Self {
+        let cells = circle.cells();
+        let parts = (nodes / (cells * (degree + 2))).max(1);
+        Self {
+            circle,
+            parts: of_arcs(&[0.5], parts * cells, LIGHT),
+            rule: gauss_legendre(degree + 2),
+        }
+    }
+}
+
+impl Space for ArcSites<'_> {
+    type Scalar = f64;
+    type Point = Point<f64>;
+}
+
+impl Quadrature for ArcSites<'_> {
+    fn sites(&self) -> usize {
+        self.parts.cells()
+    }
+    fn locate(&self, x: &Point<f64>) -> usize {
+        let (cos, sin) = x.half_angle();
+        self.parts.point_at(cos, sin).cell()
+    }
+    fn nodes(&self, site: usize, mut visit: impl FnMut(Point<f64>, f64)) {
+        let width = self.parts.measure(site);
+        for &(t, weight) in &self.rule {
+            visit(self.circle.point((site as f64 + t) * width), weight * width);
+        }
+    }
+    fn steps(&self, x: &Point<f64>, site: usize, mut visit: impl FnMut(Step<Point<f64>>)) {
+        let (point, cell) = (*x, self.locate(x));
+        let [[mass]] = TransitionMoments::<1>::moments(&self.parts, &Located { point, cell }, site);
+        let mut sum = 0.0;
+        self.nodes(site, |y, weight| sum += weight * self.circle.density(x, &y));
+        let mut node = 0;
+        self.nodes(site, |point, weight| {
+            visit(Step {
+                point,
+                weight: mass / sum * weight * self.circle.density(x, &point),
+                node: Some(node),
+            });
+            node += 1;
+        });
+    }
+}
+
 fn on_circle(cells: usize) {
     for (pairs, name) in [(DEFAULT, ""), (PAPER, ", paper's pairs")] {
         with_piecewise::<f64, _, _, _>(&RHO, cells, LIGHT, pairs, |circle, neighbour, v| {
-            let quadrature = CircleQuadrature::new(circle, nodes(), 0).unwrap();
             let setting = VarianceSetup {
                 equation: circle,
                 neighbour,
                 pairs,
-                quadrature: &quadrature,
-                galerkin: None,
+                quadrature: &ArcSites::new(circle, 0, nodes()),
+                absorption: Absorption::Roulette,
             };
-            let all = MeanOver::new(circle, 0.0, TAU).unwrap();
+            let mean = MeanOver::new(0.0, TAU).unwrap();
             let density = |_: &_| Density::uniform(TAU);
             compare(
                 &format!("circle {cells}{name}, mean"),
                 setting,
                 Start::Density(&density),
-                all,
-                all.of(v),
+                &Goal::new(mean, Some(mean.of(cells, v))),
             );
             let x0 = circle.point(1.0);
             let value = neighbour.value(&neighbour.locate(x0));
@@ -233,8 +283,7 @@ fn on_circle(cells: usize) {
                 &format!("circle {cells}{name}, point"),
                 setting,
                 Start::At(x0),
-                At(x0),
-                value,
+                &Goal::new(At(x0), Some(value)),
             );
         });
     }
@@ -253,60 +302,52 @@ fn circles() {
 #[test]
 fn circles_of_degree() {
     with_polynomials::<f64, _, _, _, 4>(&RHO, 50, LIGHT, DEFAULT, |circle, neighbour, v| {
-        let quadrature = CircleQuadrature::new(circle, 500, 3).unwrap();
         let setting = VarianceSetup {
             equation: circle,
             neighbour,
             pairs: DEFAULT,
-            quadrature: &quadrature,
-            galerkin: None,
+            quadrature: &ArcSites::new(circle, 3, 500),
+            absorption: Absorption::Roulette,
         };
-        let all = MeanOver::new(circle, 0.0, TAU).unwrap();
+        let mean = MeanOver::new(0.0, TAU).unwrap();
         let density = |_: &_| Density::uniform(TAU);
         compare(
             "circle 50, degree 3, mean",
             setting,
             Start::Density(&density),
-            all,
-            all.of(v),
+            &Goal::new(mean, Some(mean.of(50, v))),
         );
     });
 }
 
 fn on_cube<const D: usize, const B: usize>(cells: usize) {
     let model = model::rational(1.1);
-    with_degree::<f64, D, _, _, _, B>(
-        (model.kernel.0, model.source),
-        cells,
-        |cube, neighbour, v| {
-            let quadrature = CubeQuadrature::new(cube, nodes(), cube.degree()).unwrap();
-            let pairs = ALL;
-            let setting = VarianceSetup {
-                equation: cube,
-                neighbour,
-                pairs,
-                quadrature: &quadrature,
-                galerkin: None,
-            };
-            let what = |of: &str| format!("cube of {cells}^{D} cells, {B} functions on each, {of}");
-            let density = |_: &_| Density::uniform(1.0);
-            compare(
-                &what("mean"),
-                setting,
-                Start::Density(&density),
-                Mean,
-                Mean::of_blocks::<_, B>(v),
-            );
-            let x0 = [0.3; D];
-            compare(
-                &what("point"),
-                setting,
-                Start::At(x0),
-                At(x0),
-                neighbour.value(&neighbour.locate(x0)),
-            );
-        },
-    );
+    let equation = (model.kernel.0, model.source);
+    with_degree::<f64, D, _, _, _, B>(equation, cells, |cube, neighbour, v| {
+        let setting = VarianceSetup {
+            equation: cube,
+            neighbour,
+            pairs: ALL,
+            quadrature: &CubeRule::sites(cube, cube.degree(), nodes()).unwrap(),
+            absorption: Absorption::Roulette,
+        };
+        let what = |of: &str| format!("cube of {cells}^{D} cells, {B} functions on each, {of}");
+        let density = |_: &_| Density::uniform(1.0);
+        compare(
+            &what("mean"),
+            setting,
+            Start::Density(&density),
+            &Goal::new(Mean, Some(Mean::of(v, B))),
+        );
+        let x0 = [0.3; D];
+        let value = neighbour.value(&neighbour.locate(x0));
+        compare(
+            &what("point"),
+            setting,
+            Start::At(x0),
+            &Goal::new(At(x0), Some(value)),
+        );
+    });
 }
 
 #[test]
@@ -322,41 +363,36 @@ fn cubes() {
 
 #[test]
 fn rooms() {
-    for (drawing, cells) in [
+    let rooms = [
         (square(), 100),
         (furnished(), 400),
         (doorway(), 300),
         (facet(), 300),
-    ]
-    .into_iter()
-    .take(if long() { 4 } else { 2 })
-    {
+    ];
+    for (drawing, cells) in rooms.into_iter().take(if long() { 4 } else { 2 }) {
         let setup = Setup::new::<f64>(&drawing, cells, Grading::default()).unwrap();
         for choice in [Choice::Default, Choice::Paper] {
-            setup.with::<f64, _>(choice, |room, neighbour, v, lengths| {
-                let quadrature = RoomQuadrature::new(room, 800, 0).unwrap();
-                let pairs = fredholm_room::RoomPairs {
-                    views: room.views(),
-                    choice,
-                };
+            setup.with::<f64, _>(choice, |room, neighbour, v| {
                 let setting = VarianceSetup {
                     equation: room,
                     neighbour,
-                    pairs,
-                    quadrature: &quadrature,
-                    galerkin: None,
+                    pairs: fredholm_room::RoomPairs {
+                        views: room.views(),
+                        choice,
+                    },
+                    quadrature: &RoomQuadrature::new(room, 800, 0).unwrap(),
+                    absorption: Absorption::Roulette,
                 };
-                let length = lengths.last().copied().unwrap();
+                let walls = room.geometry().walls().iter();
+                let length: f64 = walls.map(|wall| wall.length).sum();
                 let density = |_: &_| Density::uniform(length);
-                let all =
-                    fredholm_room::MeanOver::new(room, lengths, 0..room.geometry().walls().len())
-                        .unwrap();
+                let mean = fredholm_room::MeanOver::everything(room);
+                let value = mean.of(v);
                 compare(
                     &format!("{}, {choice:?}, mean", drawing.name),
                     setting,
                     Start::Density(&density),
-                    all,
-                    all.of(v),
+                    &Goal::new(mean, Some(value)),
                 );
             });
         }

@@ -1,18 +1,13 @@
 //! The quantities of a variance analysis against their definitions, infinite variances, and weights.
 
 use fredholm_core::galerkin::{Dense, PairKind, Pairs, Piecewise, neighbour_source};
-use fredholm_core::{
-    Estimator, Form, Functional, Goal, Goals, Located, Neighbour, RunOptions, StateSpace,
-    WalkOptions,
-};
-use fredholm_cube::{Cube, CubeQuadrature, Rule, Weighted, model};
-use fredholm_rayon::run;
+use fredholm_core::{Absorption, Estimator, Form, Goal, Neighbour};
+use fredholm_cube::{Cube, CubeRule, CubeScores, Weighted, model};
 use fredholm_tests::cube::{ALL, with_degree};
+use fredholm_tests::{paper, run};
 use fredholm_variance::{
     Analysis, Density, MeanCoefficients, Start, VarianceSetup, pair_quantities, serially,
 };
-
-const ESTIMATORS: [Estimator; 2] = [Estimator::Absorption, Estimator::Collision];
 
 /// K(x,y) = ½ exp(xy) on [0, 1] with two cells and F = 1 + x: every quantity of sections 3 and 4 against sums over 2000 points
 /// of what the definitions say, with h written out by (44).
@@ -22,7 +17,7 @@ fn quantities_are_those_of_their_definitions() {
     let q = 0.25;
     let kernel = |x: &[f64; 1], y: &[f64; 1]| 0.5 * (x[0] * y[0]).exp();
     let source = |x: &[f64; 1]| 1.0 + x[0];
-    let cube = Cube::<f64, 1, _, _>::new(kernel, source, 2, q).unwrap();
+    let cube = Cube::<f64, 1, _, _>::new(kernel, source, 2).unwrap();
     // Coefficients that are off, so that k̄ and k̄' differ.
     let entries = [0.27, 0.29, 0.31, 0.45];
     let dense = Dense::new(&entries, 2, 1).unwrap();
@@ -32,13 +27,16 @@ fn quantities_are_those_of_their_definitions() {
     let mut g = [0.0; 2];
     neighbour_source(&dense, &pairs, &v, &mut g).unwrap();
     let neighbour = Piecewise::new(&cube, &dense, pairs, &v, &g).unwrap();
-    let quadrature = CubeQuadrature::new(&cube, 400, 0).unwrap();
+    let quadrature = CubeRule::sites(&cube, 0, 400).unwrap();
     let setting = VarianceSetup {
         equation: &cube,
         neighbour: &neighbour,
         pairs,
         quadrature: &quadrature,
-        galerkin: None,
+        absorption: Absorption::Constant {
+            probability: q,
+            estimator: Estimator::Absorption,
+        },
     };
     let density = |_: &_| Density::uniform(1.0);
     let starts = [Start::Density(&density)];
@@ -230,13 +228,13 @@ impl Pairs for Without {
 fn infinite_variances_are_none() {
     let model = model::steep(1.0 / 3.0);
     with_degree::<f64, 1, _, _, _, 1>((model.kernel.0, model.source), 20, |cube, neighbour, _| {
-        let quadrature = CubeQuadrature::new(cube, 200, 0).unwrap();
+        let quadrature = CubeRule::sites(cube, 0, 200).unwrap();
         let setting = VarianceSetup {
             equation: cube,
             neighbour,
             pairs: ALL,
             quadrature: &quadrature,
-            galerkin: None,
+            absorption: paper(Estimator::Absorption, 1).absorption,
         };
         let starts = [Start::At([0.5])];
         let model = setting.with_starts(&starts).unwrap();
@@ -257,38 +255,20 @@ fn infinite_variances_are_none() {
     });
 }
 
-/// What a functional has for (v,Φ), from φ(x0) and v(x0).
-fn stand_in<E: StateSpace<Scalar = f64>>(
-    _: &E,
-    functional: &impl Functional<E>,
-    x0: &Located<E::Point>,
-    [phi, v]: [f64; 2],
-) -> f64 {
-    functional.control_estimate(x0, phi, v)
-}
-
 /// (v,Φ) of a weighted mean is not known: what stands for it varies with the start, and counts.
 #[test]
 fn weights_have_a_variance_of_their_own() {
     let model = model::rational(1.1);
     with_degree::<f64, 1, _, _, _, 1>((model.kernel.0, model.source), 10, |cube, neighbour, v| {
         let weight = |x: &[f64; 1]| 1.0 + 3.0 * x[0] * x[0];
-        let mut means = vec![0.0; 10];
-        cube.means(&weight, Rule::new(3).unwrap(), &mut means)
-            .unwrap();
-        let weighted = Weighted::new(cube, weight, &means, v).unwrap();
-        let quadrature = CubeQuadrature::new(cube, 400, 0).unwrap();
-        let setting = VarianceSetup {
-            equation: cube,
-            neighbour,
-            pairs: ALL,
-            quadrature: &quadrature,
-            galerkin: None,
-        };
+        let means = CubeRule::new(cube, 0, 3).unwrap().means(&weight).unwrap();
+        let scores = CubeScores::new(cube, 0).unwrap();
+        let weighted = Weighted::new(weight, scores, &means, v).unwrap();
+        let quadrature = CubeRule::sites(cube, 0, 400).unwrap();
         let density = |x: &[f64; 1]| {
             let phi = weight(x);
             let x = neighbour.locate(*x);
-            let known = stand_in(cube, &weighted, &x, [phi, neighbour.value(&x)]);
+            let known = weighted.control(&x, phi, neighbour.value(&x));
             Density {
                 functional: phi,
                 square: phi * phi,
@@ -298,29 +278,30 @@ fn weights_have_a_variance_of_their_own() {
             }
         };
         let starts = [Start::Density(&density)];
-        let model = setting.with_starts(&starts).unwrap();
-        for estimator in ESTIMATORS {
-            let analysis = Analysis::new(&model, estimator, Form::Product, &serially).unwrap();
-            let prediction = analysis.predict(0).unwrap();
-            let goals = [Goal {
-                functional: weighted,
-                control_mean: None,
-            }];
-            let options = WalkOptions {
-                estimator,
-                ..WalkOptions::default()
+        for estimator in [Estimator::Absorption, Estimator::Collision] {
+            let options = paper(estimator, 1);
+            let setting = VarianceSetup {
+                equation: cube,
+                neighbour,
+                pairs: ALL,
+                quadrature: &quadrature,
+                absorption: options.absorption,
             };
-            let job = Goals::new(cube, neighbour, &goals, options);
-            let outcome = run(&job, &RunOptions::new(1 << 18), None, &()).unwrap();
-            let sd = outcome.statistics[0].preconditioned().std_dev.unwrap();
+            let model = setting.with_starts(&starts).unwrap();
+            let analysis = Analysis::new(&model, estimator, options.form, &serially).unwrap();
+            let prediction = analysis.predict(0).unwrap();
+            let statistics = run(
+                cube,
+                neighbour,
+                &Goal::new(weighted, None),
+                options,
+                1 << 18,
+            );
+            let sd = statistics.preconditioned().std_dev.unwrap();
             let predicted = prediction.preconditioned.unwrap().sqrt();
             assert!((predicted / sd - 1.0).abs() < 0.02, "{predicted} {sd}");
-            let start = prediction
-                .attribute(&analysis)
-                .unwrap()
-                .unwrap()
-                .parts
-                .start;
+            let attribution = prediction.attribute(&analysis).unwrap().unwrap();
+            let start = attribution.parts.start;
             assert!(start > 0.05 * predicted * predicted, "{start}");
         }
     });

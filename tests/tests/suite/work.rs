@@ -7,25 +7,26 @@ use core::f64::consts::TAU;
 use core::fmt::Write;
 
 use expect_test::expect_file;
-use fredholm_circle::{Circle, Tables};
 use fredholm_core::galerkin::{
-    AllPointwise, Coefficients, PairIntegral, Pairs, Piecewise, TransitionMoments,
+    AllPointwise, Coefficients, DiagonalRule, PairIntegral, Pairs, Piecewise, Solution,
+    TransitionMoments, degree_of, functions,
 };
 use fredholm_core::{
-    Batch, Equation, Estimator, Form, Length, Neighbour, NeighbourOf, NoNeighbour, RngUniforms,
-    Source, Task, Uniforms, WalkSeeds,
+    Batch, Equation, Goal, Job, Neighbour, NeighbourOf, NoNeighbour, RngUniforms, Uniforms,
+    WalkSeeds,
 };
-use fredholm_cube::{Cube, ProductTables, Rule, functions, model};
-use fredholm_room::{Grading, Room, RoomPairs};
+use fredholm_cube::{Cube, CubeRule, model};
+use fredholm_room::{Grading, RoomPairs};
 use fredholm_tests::check::Among;
 use fredholm_tests::circle::{DEFAULT, IN_S, LIGHT, PAPER, RHO};
-use fredholm_tests::counted::{COLUMNS, Counted, CountedCoefficients, CountedNeighbour, Counts};
-use fredholm_tests::cube::{ABSORPTION, ALL, OUTSIDE, POINTWISE};
+use fredholm_tests::counted::{COLUMNS, Counted, Counts};
+use fredholm_tests::cube::{ALL, OUTSIDE, POINTWISE, solved};
 use fredholm_tests::room::{CHOICES, Drawing, Setup, block, square, yard};
-use fredholm_tests::with_objects;
+use fredholm_tests::{Objects, all_ways};
 
 const WALKS: u64 = 1000;
-const ESTIMATORS: [Estimator; 2] = [Estimator::Absorption, Estimator::Collision];
+/// What the walks are called.
+const WAYS: [&str; 3] = ["Absorption", "Collision", "Roulette"];
 
 /// 64 uniform numbers that no walk uses.
 fn numbers() -> Vec<f64> {
@@ -33,165 +34,144 @@ fn numbers() -> Vec<f64> {
     (0..64).map(|_| draws.uniform()).collect()
 }
 
-/// Adds the lines of both estimators. `counts` are those of `equation` and of `neighbour`.
-fn lines<E, N>(
-    table: &mut String,
-    names: [&str; 2],
-    counts: &Counts,
-    equation: &E,
-    neighbour: &N,
-    points: &[E::Point],
-) where
-    E: Equation<Scalar = f64>,
-    N: NeighbourOf<E>,
-{
-    let neighbour = CountedNeighbour::new(neighbour, counts);
-    let values = points
-        .iter()
-        .map(|&x| neighbour.value(&neighbour.locate(x)));
-    let value = values.sum::<f64>() / points.len() as f64;
-    for estimator in ESTIMATORS {
-        counts.reset();
-        let task = Task {
-            equation,
-            neighbour: &neighbour,
-            functional: &Among(points.to_vec()),
-            control_mean: Some(value),
-            estimator,
-            form: Form::Product,
-            seeds: <WalkSeeds>::new(1, 0),
-            length: Length::default(),
-        };
-        let mut batch = Batch::new(0, WALKS, WALKS);
-        with_objects(&task, |task| batch.run(task, u64::MAX)).unwrap();
-        let statistics = batch.statistics();
-        let [scene, pairs] = names;
-        writeln!(
-            table,
-            "{scene:22} {pairs:10} {:10} {:9.3e} {:>8}{counts}",
-            format!("{estimator:?}"),
-            statistics.preconditioned().std_dev.unwrap(),
-            statistics.states(),
-        )
-        .unwrap();
+/// A scene of the table, and the points in which walks start.
+struct Lines<'t, P> {
+    table: &'t mut String,
+    scene: String,
+    points: Vec<P>,
+}
+
+impl<P: Copy + Send + Sync> Lines<'_, P> {
+    /// Adds the lines of all ways. `counts` are those of `equation` and of `neighbour`.
+    fn add<E, N>(&mut self, pairs: &str, counts: &Counts, equation: &E, neighbour: &N)
+    where
+        E: Equation<Scalar = f64, Point = P, Value = f64> + Sync,
+        N: NeighbourOf<E> + Sync,
+    {
+        let neighbour = Counted::new(neighbour, counts);
+        let values = self.points.iter();
+        let values = values.map(|&x| neighbour.value(&neighbour.locate(x)));
+        let value = values.sum::<f64>() / self.points.len() as f64;
+        let goal = Goal::new(Among(&self.points), Some(value));
+        let objects = Objects::new(equation, &neighbour, &goal);
+        for (way, options) in WAYS.into_iter().zip(all_ways(1)) {
+            counts.reset();
+            let mut batch = [Batch::new(0, WALKS, WALKS)];
+            objects.job(options).run(0, &mut batch, u64::MAX).unwrap();
+            let statistics = batch[0].statistics();
+            writeln!(
+                self.table,
+                "{:22} {pairs:10} {way:10} {:9.3e} {:>8}{counts}",
+                self.scene,
+                statistics.preconditioned().std_dev.unwrap(),
+                statistics.states(),
+            )
+            .unwrap();
+        }
     }
-}
 
-fn plain<P: Equation<Scalar = f64> + Source>(
-    table: &mut String,
-    scene: &str,
-    problem: &P,
-    points: &[P::Point],
-) {
-    let counts = Counts::default();
-    let counted = Counted::new(problem, &counts);
-    let none = NoNeighbour::<Counted<'_, P>>::new();
-    lines(table, [scene, "plain"], &counts, &counted, &none, points);
-}
+    fn plain<E>(&mut self, problem: &E)
+    where
+        E: Equation<Scalar = f64, Point = P, Value = f64> + Sync,
+    {
+        let counts = Counts::default();
+        let counted = Counted::new(problem, &counts);
+        let none = NoNeighbour::new(&counted);
+        self.add("plain", &counts, &counted, &none);
+    }
 
-/// With pairs of any kind.
-fn preconditioned<P, C, S, const B: usize>(
-    table: &mut String,
-    names: [&str; 2],
-    (problem, coefficients): (&P, &C),
-    pairs: S,
-    [v, g]: [&[f64]; 2],
-    points: &[P::Point],
-) where
-    P: Equation<Scalar = f64> + Source + TransitionMoments<B> + PairIntegral<B>,
-    C: Coefficients<B, Scalar = f64>,
-    S: Pairs + Copy,
-{
-    let counts = Counts::default();
-    let counted = Counted::new(problem, &counts);
-    let coefficients = CountedCoefficients::new(coefficients, &counts);
-    let neighbour = Piecewise::with_pointwise(&counted, &coefficients, pairs, v, g).unwrap();
-    lines(table, names, &counts, &counted, &neighbour, points);
-}
+    /// With pairs of any kind.
+    fn with_pointwise<E, C, S, const B: usize>(
+        &mut self,
+        name: &str,
+        (problem, coefficients): (&E, &C),
+        pairs: S,
+        solution: &Solution,
+    ) where
+        E: Equation<Scalar = f64, Point = P, Value = f64>,
+        E: TransitionMoments<B> + PairIntegral<B> + Sync,
+        C: Coefficients<B, Scalar = f64> + Sync,
+        S: Pairs + Copy + Sync,
+    {
+        let counts = Counts::default();
+        let g = solution.source(coefficients, &pairs).unwrap();
+        let counted = Counted::new(problem, &counts);
+        let coefficients = Counted::new(coefficients, &counts);
+        let neighbour =
+            Piecewise::with_pointwise(&counted, &coefficients, pairs, &solution.v, &g).unwrap();
+        self.add(name, &counts, &counted, &neighbour);
+    }
 
-/// With pairs in S or left out.
-fn without_pointwise<P, C, S, const B: usize>(
-    table: &mut String,
-    names: [&str; 2],
-    (problem, coefficients): (&P, &C),
-    pairs: S,
-    [v, g]: [&[f64]; 2],
-    points: &[P::Point],
-) where
-    P: Equation<Scalar = f64> + Source + TransitionMoments<B>,
-    C: Coefficients<B, Scalar = f64>,
-    S: Pairs + Copy,
-{
-    let counts = Counts::default();
-    let counted = Counted::new(problem, &counts);
-    let coefficients = CountedCoefficients::new(coefficients, &counts);
-    let neighbour = Piecewise::new(&counted, &coefficients, pairs, v, g).unwrap();
-    lines(table, names, &counts, &counted, &neighbour, points);
+    /// With pairs in S or left out.
+    fn without_pointwise<E, C, const B: usize>(
+        &mut self,
+        name: &str,
+        (problem, coefficients): (&E, &C),
+        pairs: DiagonalRule,
+        solution: &Solution,
+    ) where
+        E: Equation<Scalar = f64, Point = P, Value = f64> + TransitionMoments<B> + Sync,
+        C: Coefficients<B, Scalar = f64> + Sync,
+    {
+        let counts = Counts::default();
+        let g = solution.source(coefficients, &pairs).unwrap();
+        let counted = Counted::new(problem, &counts);
+        let coefficients = Counted::new(coefficients, &counts);
+        let neighbour = Piecewise::new(&counted, &coefficients, pairs, &solution.v, &g).unwrap();
+        self.add(name, &counts, &counted, &neighbour);
+    }
 }
 
 fn circle<const B: usize>(table: &mut String, cells: usize) {
-    let tables = Tables::<f64>::new(&RHO, cells).unwrap();
-    let circle = Circle::new(tables.cells(), LIGHT, 0.2).unwrap();
-    let points: Vec<_> = numbers().iter().map(|t| circle.point(TAU * t)).collect();
-    let scene = &format!("circle {cells}, degree {}", B - 1);
+    let circle = fredholm_tests::circle::circle::<f64, f64, _>(&RHO, cells, LIGHT);
+    let mut lines = Lines {
+        table,
+        scene: format!("circle {cells}, degree {}", B - 1),
+        points: numbers().iter().map(|t| circle.point(TAU * t)).collect(),
+    };
     if B == 1 {
-        plain(table, scene, &circle, &points);
-        let solution = circle.solve(1e-15, 1000).unwrap();
-        for (name, pairs) in [("paper", PAPER), ("default", DEFAULT), ("all in S", IN_S)] {
-            let g = solution.source(&circle, &pairs).unwrap();
-            let (names, vectors) = ([scene.as_str(), name], [&solution.v[..], &g]);
-            preconditioned::<_, _, _, 1>(table, names, (&circle, &circle), pairs, vectors, &points);
-        }
-        let g = solution.source(&circle, &AllPointwise).unwrap();
-        let (names, vectors) = ([scene.as_str(), "pointwise"], [&solution.v[..], &g]);
-        let problem = (&circle, &circle);
-        preconditioned::<_, _, _, 1>(table, names, problem, AllPointwise, vectors, &points);
-        return;
+        lines.plain(&circle);
     }
-    let polynomials = circle.with_functions::<B>();
-    let solution = polynomials.solve(1e-15, 1000).unwrap();
+    let system = circle.system::<B>();
+    let solution = system.solve(1e-15, 1000).unwrap();
     for (name, pairs) in [("paper", PAPER), ("default", DEFAULT), ("all in S", IN_S)] {
-        let g = solution.source(&polynomials, &pairs).unwrap();
-        let (names, vectors) = ([scene.as_str(), name], [&solution.v[..], &g]);
-        let problem = (&polynomials, &polynomials);
-        preconditioned::<_, _, _, B>(table, names, problem, pairs, vectors, &points);
+        lines.with_pointwise::<_, _, _, B>(name, (&circle, &system), pairs, &solution);
+    }
+    if B == 1 {
+        let problem = (&circle, &system);
+        lines.with_pointwise::<_, _, _, B>("pointwise", problem, AllPointwise, &solution);
     }
 }
 
 fn cube<const D: usize, const B: usize>(table: &mut String, cells: usize) {
     let model = model::rational(0.9);
-    let cube = Cube::<f64, D, _, _>::new(model.kernel, model.source, cells, ABSORPTION).unwrap();
+    let cube = Cube::<f64, D, _, _>::new(model.kernel, model.source, cells).unwrap();
     let random = numbers();
     let at = |n: usize| core::array::from_fn(|a| random[(n + 17 * a) % random.len()]);
-    let points: Vec<[f64; D]> = (0..random.len()).map(at).collect();
-    let scene = &format!("cube {D}, {cells}^{D}");
+    let degree = degree_of(D, B);
+    let mut lines = Lines {
+        table,
+        scene: format!("cube {D}, {cells}^{D}, degree {degree}"),
+        points: (0..random.len()).map(at).collect(),
+    };
+    let rule = CubeRule::new(&cube, degree, (degree + 1).max(2)).unwrap();
+    let tables = rule.product_tables(&model.kernel.0).unwrap();
+    let solution = solved(&rule, &tables, &model.source);
     if B == 1 {
-        let scene = &format!("{scene}, degree 0");
-        plain(table, scene, &cube, &points);
-        let tables = ProductTables::new(&cube, Rule::new(2).unwrap()).unwrap();
-        let solution = cube
-            .solve(&tables, Rule::new(2).unwrap(), 1e-15, 1000)
-            .unwrap();
-        for (name, pairs) in [
+        lines.plain(&cube);
+        let kinds = [
             ("all in S", ALL),
             ("diag out", OUTSIDE),
             ("diag point", POINTWISE),
-        ] {
-            let g = solution.source(&tables, &pairs).unwrap();
-            let (names, vectors) = ([scene.as_str(), name], [&solution.v[..], &g]);
-            preconditioned::<_, _, _, 1>(table, names, (&cube, &tables), pairs, vectors, &points);
+        ];
+        for (name, pairs) in kinds {
+            lines.with_pointwise::<_, _, _, 1>(name, (&cube, &tables), pairs, &solution);
         }
         return;
     }
     let cube = cube.with_functions::<B>();
-    let scene = &format!("{scene}, degree {}", cube.degree());
-    let rule = Rule::new(cube.degree() + 1).unwrap();
-    let tables = ProductTables::new(&cube, rule).unwrap();
-    let solution = cube.solve(&tables, rule, 1e-15, 1000).unwrap();
     for (name, pairs) in [("all in S", ALL), ("diag out", OUTSIDE)] {
-        let g = solution.source(&tables, &pairs).unwrap();
-        let (names, vectors) = ([scene.as_str(), name], [&solution.v[..], &g]);
-        without_pointwise::<_, _, _, B>(table, names, (&cube, &tables), pairs, vectors, &points);
+        lines.without_pointwise::<_, _, B>(name, (&cube, &tables), pairs, &solution);
     }
 }
 
@@ -199,38 +179,32 @@ fn room<const B: usize>(table: &mut String, drawing: &Drawing, cells: usize) {
     let setup = Setup::<B>::of_degree::<f64>(drawing, cells, Grading::default()).unwrap();
     let tables = fredholm_room::Tables::<f64>::new(&setup.scene, &setup.mesh);
     let views = setup.matrix.views();
-    let room = Room::new(tables.geometry(), tables.cells(), views, ABSORPTION).unwrap();
-    let polynomials = room.with_functions::<B>();
+    let room = tables.room(views);
     let walls = tables.geometry().walls().len();
-    let at = |(n, &t): (usize, &f64)| room.point(n % walls, t).unwrap();
-    let points: Vec<_> = numbers().iter().enumerate().map(at).collect();
-    let scene = &format!("{} {cells}, degree {}", drawing.name, B - 1);
+    let at = |(n, &t): (usize, &f64)| room.on_wall(n % walls, t).unwrap();
+    let mut lines = Lines {
+        table,
+        scene: format!("{} {cells}, degree {}", drawing.name, B - 1),
+        points: numbers().iter().enumerate().map(at).collect(),
+    };
     if B == 1 {
-        plain(table, scene, &room, &points);
+        lines.plain(&room);
     }
     let dense = setup.matrix.coefficients();
     for choice in CHOICES {
         let pairs = RoomPairs { views, choice };
-        let g = setup.solution.source(&dense, &pairs).unwrap();
         let name = format!("{choice:?}").to_lowercase();
-        let (names, vectors) = ([scene.as_str(), name.as_str()], [&setup.solution.v[..], &g]);
-        if B == 1 {
-            // As a user has it: a room is its own problem of piecewise constants.
-            preconditioned::<_, _, _, 1>(table, names, (&room, &dense), pairs, vectors, &points);
-        } else {
-            let problem = (&polynomials, &dense);
-            preconditioned::<_, _, _, B>(table, names, problem, pairs, vectors, &points);
-        }
+        lines.with_pointwise::<_, _, _, B>(&name, (&room, &dense), pairs, &setup.solution);
     }
 }
 
 #[test]
 fn walks_cost_and_vary_as_they_did() {
     let mut table = format!(
-        "{WALKS} walks from 64 points in f64. The standard deviation of a walk, the states, and how often something was \
+        "1000 walks from 64 points in f64. The standard deviation of a walk, the states, and how often something was \
          evaluated in all: uniform numbers in steps,\nsteps, k, F, cells that were looked for, h, G, blocks of K', moments M_j, \
          bases, integrals of K over a cell.\n\n{:22} {:10} {:10} {:>9} {:>8}",
-        "scene", "pairs", "estimator", "std_dev", "states"
+        "scene", "pairs", "walks by", "std_dev", "states"
     );
     for column in COLUMNS {
         write!(table, " {column:>8}").unwrap();

@@ -1,11 +1,7 @@
 //! Walks in several channels against exact answers.
 
-use fredholm_core::channels::{
-    ChannelGoal, ChannelGoals, ChannelNeighbours, Channels as _, NothingKnown,
-};
-use fredholm_core::sampled::{ChannelTables, SampledChannels, SampledSetup, SampledTables};
-use fredholm_core::{Job, RandomSource, WalkOptions};
-use fredholm_scene::Coloured;
+use fredholm_core::{Channels, Equation as _};
+use fredholm_scene::{Coloured, Colours, Sources};
 
 use super::*;
 
@@ -14,152 +10,91 @@ const CHANNELS: usize = 3;
 const U: [f64; CHANNELS] = [1.0, 2.0, 0.5];
 const WEIGHTS: [f64; CHANNELS] = [0.2126, 0.7152, 0.0722];
 
-/// No source at all.
-struct Dark;
+type Colour = [f64; CHANNELS];
 
-impl StateSpace for Dark {
-    type Scalar = f64;
-    type Point = Point<f64>;
-}
-
-impl RandomSource for Dark {
-    fn sample_source<D: Uniforms<f64>>(&self, _: &Point<f64>, _: &mut D) -> f64 {
-        0.0
-    }
-}
-
-/// A closed scene in which every surface reflects each channel differently and emits F_c = (1 − ρ_c) U_c, so that u_c = U_c.
-struct Furnace {
+/// A scene in which every surface has a reflectance and an emission of its own in every channel.
+struct Painted {
     scene: Scene,
-    factors: Vec<f64>,
-    shares: Vec<f64>,
+    reflectances: Vec<f64>,
+    emissions: Vec<f64>,
 }
 
-impl Furnace {
-    fn new<F: Real>(which: usize) -> (String, Self) {
-        let mut rng = ChaCha8Rng::seed_from_u64(100 + which as u64);
-        let (name, surfaces) = closed_scenes().swap_remove(which);
-        let rho: Vec<[f64; CHANNELS]> = surfaces
-            .iter()
-            .map(|_| core::array::from_fn(|_| 0.9 * rng.random::<f64>()))
-            .collect();
-        let emission = |s: usize| core::array::from_fn(|c| (1.0 - rho[s][c]) * U[c]);
-        let largest = |all: [f64; CHANNELS]| all.into_iter().fold(0.0, f64::max);
-        let scene = scene::<F>(&surfaces, |s| Material {
-            reflectance: largest(rho[s]),
-            emission: largest(emission(s)),
+/// The number with the largest size.
+fn largest(colour: Colour) -> f64 {
+    colour
+        .into_iter()
+        .fold(0.0, |a, b| if a.abs() >= b.abs() { a } else { b })
+}
+
+impl Painted {
+    fn new<F: Real>(surfaces: &Surfaces, colours: &[[Colour; 2]]) -> Self {
+        let scene = scene::<F>(surfaces, |s| Material {
+            reflectance: largest(colours[s][0]),
+            emission: largest(colours[s][1]),
         });
-        let (mut factors, mut shares) = (Vec::new(), Vec::new());
-        for face in 0..scene.faces().len() {
-            let s = scene.place(face).unwrap().surface;
-            let emission: [f64; CHANNELS] = emission(s);
-            factors.extend(rho[s].map(|own| own / largest(rho[s])));
-            shares.extend(emission.map(|own| own / largest(emission)));
-        }
-        let furnace = Self {
+        let ratios = |which: usize| {
+            let of_face = |face: usize| {
+                let own = colours[scene.place(face).unwrap().surface][which];
+                own.map(|x| if x == 0.0 { 0.0 } else { x / largest(own) })
+            };
+            (0..scene.faces().len()).flat_map(of_face).collect()
+        };
+        Self {
+            reflectances: ratios(0),
+            emissions: ratios(1),
             scene,
-            factors,
-            shares,
-        };
-        (name, furnace)
+        }
     }
 
-    /// The tables of all channels from one set-up.
-    fn tables<F: Real, const B: usize>(&self, cells: usize) -> ChannelTables<F> {
-        let scene = &self.scene;
-        let (geometry, cells) = (Tables::new(scene), Cells::new(scene, cells).unwrap());
-        let radiosity = Radiosity::new(geometry.geometry(), &cells, 0.3).unwrap();
-        let coloured = Coloured::new(radiosity, CHANNELS, (&self.factors, &self.shares)).unwrap();
-        let setup = SampledSetup::<_, _, 2, B, _> {
-            problem: &radiosity,
-            source: &Dark,
-            events: &radiosity,
-            options: SetupOptions {
-                samples: 256,
-                ..SetupOptions::default()
-            },
-        };
-        let solutions = setup.of_channels(&coloured).unwrap();
-        let tables: Vec<SampledTables<F>> = solutions
-            .iter()
-            .map(|own| own.for_walks().unwrap())
-            .collect();
-        ChannelTables::new(&tables, B, 2).unwrap()
+    /// The ratios in a scalar.
+    fn ratios<F: Real>(&self) -> [Vec<F>; 2] {
+        let rounded = |table: &[f64]| table.iter().map(|&x| F::from_f64(x)).collect();
+        [rounded(&self.reflectances), rounded(&self.emissions)]
     }
 }
 
-/// The mean over all faces of every channel, and of their weighted sum, by walks that share their steps.
-fn walk_all<F: Real, N>(
-    coloured: &Coloured<'_, F>,
-    neighbours: &N,
-    (functional, known): (&Everywhere<F>, &[f64]),
-    estimator: Estimator,
-) -> Vec<Statistics>
-where
-    N: ChannelNeighbours<Scalar = F, Point = Point<F>> + Sync,
-{
-    let job = ChannelGoals {
-        equations: coloured,
-        neighbours,
-        goals: &[ChannelGoal {
-            functional: NothingKnown(Shared(functional)),
-            control_means: None,
-            known,
-        }],
-        weights: &WEIGHTS,
-        options: WalkOptions {
-            estimator,
-            ..WalkOptions::default()
-        },
+fn coloured<'a, F: Real>(
+    radiosity: Radiosity<'a, F>,
+    [reflectances, emissions]: &'a [Vec<F>; 2],
+) -> Coloured<'a, F, 4> {
+    let colours = Colours {
+        channels: reflectances.len() / radiosity.geometry().faces().len(),
+        reflectances,
+        emissions,
     };
-    let mut batches = vec![Batch::new(0, 1000, 1000); job.shared()];
-    job.run_shared(0, &mut batches, u64::MAX).unwrap();
-    batches.iter().map(|batch| *batch.statistics()).collect()
-}
-
-struct Shared<'a, F>(&'a Everywhere<F>);
-
-impl<F: Real, E> Functional<E> for Shared<'_, F>
-where
-    E: StateSpace<Scalar = F, Point = Point<F>>,
-{
-    fn start<D: Uniforms<F>>(&self, uniforms: &mut D) -> (Point<F>, F) {
-        Functional::<E>::start(self.0, uniforms)
-    }
+    radiosity.with_colours(colours).unwrap()
 }
 
 /// F_c = (1 − ρ_c) U_c gives u_c = U_c in any closed scene, plain and preconditioned, in every channel and in their sum.
 #[test]
 fn furnaces_in_colours() {
     fn check_in<F: Real, const B: usize>(which: usize) {
-        let (name, furnace) = Furnace::new::<F>(which);
-        let scene = &furnace.scene;
-        let functional = Everywhere::<F>::new(scene);
-        let (geometry, cells) = (Tables::<F>::new(scene), Cells::new(scene, 40).unwrap());
-        let radiosity = Radiosity::new(geometry.geometry(), &cells, 0.3).unwrap();
+        let mut rng = ChaCha8Rng::seed_from_u64(100 + which as u64);
+        let (what, surfaces) = closed_scenes().swap_remove(which);
+        let colour = |_| {
+            let rho: Colour = core::array::from_fn(|_| 0.9 * rng.random::<f64>());
+            [rho, core::array::from_fn(|c| (1.0 - rho[c]) * U[c])]
+        };
+        let colours: Vec<[Colour; 2]> = surfaces.iter().map(colour).collect();
+        let painted = Painted::new::<F>(&surfaces, &colours);
+        let place = Place::<F>::new(&painted.scene, 40);
+        let wide = Place::new(&painted.scene, 40);
+        let radiosity = place.radiosity();
         let shares = radiosity.visible_shares(8);
         let radiosity = radiosity.with_visible_shares(&shares).unwrap();
-        let rounded = |table: &[f64]| table.iter().map(|&x| F::from_f64(x)).collect::<Vec<F>>();
-        let (factors, of_lights) = (rounded(&furnace.factors), rounded(&furnace.shares));
-        let coloured = Coloured::new(radiosity, CHANNELS, (&factors, &of_lights)).unwrap();
-        let known = known_means(&radiosity, &furnace.shares);
-        let tables = furnace.tables::<F, B>(40);
-        let two = NonZeroU32::MIN.saturating_add(1);
-        let neighbours =
-            SampledChannels::<_, _, _, 2, B>::new((&coloured, &radiosity), &tables, two).unwrap();
-        let none = NoNeighbour::<Coloured<'_, F>>::new();
         let sum: f64 = U.iter().zip(WEIGHTS).map(|(u, weight)| u * weight).sum();
-        let rounding = 1e3 * F::EPSILON.to_f64();
-        for estimator in ESTIMATORS {
-            let of = (&functional, &*known);
-            let all = walk_all(&coloured, &neighbours, of, estimator);
-            let alone = walk_all(&coloured, &none, of, estimator);
-            for ((all, alone), expected) in all.iter().zip(&alone).zip(U.into_iter().chain([sum])) {
-                check_both(&name, all, 0.0, expected, rounding);
-                check(&name, all.control(), expected, expected, rounding);
-                assert_eq!(alone.plain(), all.plain());
-            }
-        }
+        let expected = Expected {
+            what: &what,
+            mean: place.mean(),
+            weights: &WEIGHTS,
+            values: &[U[0], U[1], U[2], sum],
+        };
+        let (ratios, of_wide) = (painted.ratios(), painted.ratios());
+        let (radiosity, wide) = (
+            coloured(radiosity, &ratios),
+            coloured(wide.radiosity(), &of_wide),
+        );
+        check_all::<F, _, _, B>(&expected, &radiosity, &wide);
     }
     for which in [0, 2, 3, 6] {
         check_in::<f64, 1>(which);
@@ -168,70 +103,138 @@ fn furnaces_in_colours() {
     }
 }
 
-/// The mean over all faces of what lights emit in every channel.
-fn known_means<F: Real>(radiosity: &Radiosity<'_, F>, shares: &[f64]) -> Vec<f64> {
-    let (mut sums, mut areas) = (vec![0.0; CHANNELS], 0.0);
-    for (number, face) in (0..).zip(radiosity.geometry().faces()) {
-        let area = face.area.to_f64();
-        let own = &shares[number as usize * CHANNELS..][..CHANNELS];
-        for (sum, share) in sums.iter_mut().zip(own) {
-            *sum += area * share * radiosity.emission_of_light(number).to_f64();
-        }
-        areas += area;
-    }
-    sums.into_iter().map(|sum| sum / areas).collect()
-}
-
 /// The mean over a face of what a state scores is F_c besides lights, and the light of each colour that arrives there from
 /// lights by form factors, behind obstacles, too.
 #[test]
 fn last_steps_have_the_colours_of_lights() {
     let mut rng = ChaCha8Rng::seed_from_u64(7);
     let (_, surfaces) = closed_scenes().swap_remove(2);
-    let of = |_: usize| -> [f64; CHANNELS] { core::array::from_fn(|_| rng.random::<f64>()) };
-    let colours: Vec<[f64; CHANNELS]> = (0..surfaces.len()).map(of).collect();
-    let largest = |s: usize| colours[s].into_iter().fold(0.0, f64::max);
-    // Every third surface emits, in the colours that it reflects.
-    let size = |s: usize| if s.is_multiple_of(3) { 4.0 } else { 0.0 };
-    let scene = scene::<f64>(&surfaces, |s| Material {
-        reflectance: 0.3 * largest(s),
-        emission: size(s) * largest(s),
+    // Every third surface emits, in the colours that it reflects, and one takes light away.
+    let size = |s: usize| match s {
+        1 => -1.0,
+        s if s.is_multiple_of(3) => 4.0,
+        _ => 0.0,
+    };
+    let colours = (0..surfaces.len()).map(|s| {
+        let own: Colour = core::array::from_fn(|_| rng.random::<f64>());
+        [own.map(|x| 0.3 * x), own.map(|x| size(s) * x)]
     });
-    let faces = 0..scene.faces().len();
-    let surface: Vec<usize> = faces
-        .clone()
-        .map(|face| scene.place(face).unwrap().surface)
-        .collect();
-    let shares: Vec<f64> = surface
-        .iter()
-        .flat_map(|&s| colours[s].map(|own| own / largest(s)))
-        .collect();
-    let (geometry, cells) = (Tables::<f64>::new(&scene), Cells::new(&scene, 40).unwrap());
-    let radiosity = Radiosity::new(geometry.geometry(), &cells, 0.3).unwrap();
+    let colours: Vec<[Colour; 2]> = colours.collect();
+    let painted = Painted::new::<f64>(&surfaces, &colours);
+    let (scene, ratios) = (&painted.scene, painted.ratios());
+    let place = Place::<f64>::new(scene, 40);
+    let radiosity = place.radiosity();
     let visible = radiosity.visible_shares(16);
-    let radiosity = radiosity.with_visible_shares(&visible).unwrap();
-    let coloured = Coloured::new(radiosity, CHANNELS, (&shares, &shares)).unwrap();
-    let factors = fredholm_factors::scene_factors(&scene, 1e-9).unwrap();
-    let mut lights = 0;
+    let coloured = coloured(radiosity.with_visible_shares(&visible).unwrap(), &ratios);
+    let (last, factors) = (
+        LastStep(&coloured),
+        fredholm_factors::scene_factors(scene, 1e-9).unwrap(),
+    );
+    let known = |face: usize| {
+        let position = scene.faces()[face].corners[0];
+        let face = face as u32;
+        coloured.known(&Point { face, position })
+    };
+    let faces = 0..scene.faces().len();
+    let lights = faces.clone().filter(|&face| known(face).largest() > 0.0);
+    assert!(lights.count() > 2);
     for face in faces.clone() {
-        lights += usize::from(radiosity.emission_of_light(face as u32) > 0.0);
-        let expected: [f64; CHANNELS] = core::array::from_fn(|channel| {
-            let of_light = |from: usize| {
-                let own = colours[surface[from]][channel] / largest(surface[from]);
-                own * radiosity.emission_of_light(from as u32)
-            };
+        let own = Place::<f64>::of(scene, 40, vec![face as u32]);
+        let (mut sums, mut squares) = (Channels::<f64, 4>::splat(CHANNELS, 0.0), [0.0; CHANNELS]);
+        let n = 2000;
+        for number in 0..n {
+            let seeds = WalkSeeds::<DefaultGenerator>::new(3, face as u64);
+            let mut draws = RngUniforms(seeds.generator(number));
+            let start = own.mean().start(&coloured, &mut draws);
+            let score = last.source(&start.point, &mut draws);
+            sums = sums.plus(&score.scaled(1.0 / n as f64));
+            for (square, score) in squares.iter_mut().zip(score.as_slice()) {
+                *square += score * score / n as f64;
+            }
+        }
+        let [reflected, emitted] = colours[scene.place(face).unwrap().surface];
+        for channel in 0..CHANNELS {
+            let of_light = |from: usize| known(from).get(channel);
             let arriving = faces
                 .clone()
                 .map(|from| factors.factor(face, from) * of_light(from));
-            let own = colours[surface[face]][channel];
-            0.3 * own * arriving.sum::<f64>() + size(surface[face]) * own - of_light(face)
-        });
-        let scores = |x: &Point<f64>, draws: &mut Draws| {
-            let mut scores = [0.0; CHANNELS];
-            coloured.sample_sources(x, draws, &mut scores);
-            scores
-        };
-        check_means(&geometry, face as u32, 2000, scores, expected);
+            let arriving: f64 = arriving.sum();
+            let expected = reflected[channel] * arriving + emitted[channel] - of_light(face);
+            let (mean, square) = (sums.get(channel), squares[channel]);
+            let error = ((square - mean * mean).max(0.0) / n as f64).sqrt();
+            let off = (mean - expected).abs();
+            assert!(
+                off <= STANDARD_ERRORS * error + 1e-9,
+                "face {face}, channel {channel}: {mean} for {expected}"
+            );
+        }
     }
-    assert!(lights > 1, "{lights} lights");
+}
+
+/// Walks from the sources of a furnace to means over two surfaces, each of which is a channel: together with what receivers emit
+/// themselves they bring u = 1. From a lamp they bring what walks to it bring.
+#[test]
+fn walks_from_sources() {
+    let (_, surfaces) = closed_scenes().swap_remove(1);
+    let receivers = [0, 6];
+    let rho = |s: usize| 0.8 - 0.05 * s as f64;
+    let areas = receivers.map(|s| {
+        let faces = scene::<f64>(&surfaces, |_| Material::BLACK);
+        let is_its = |face: &usize| faces.place(*face).unwrap().surface == s;
+        let own = (0..faces.faces().len()).filter(is_its);
+        own.map(|face| faces.faces()[face].area).sum::<f64>()
+    });
+    // Receivers send out ρ over their area.
+    let colour = |s: usize| {
+        let sent = |c: usize| f64::from(u8::from(receivers[c] == s)) * rho(s) / areas[c];
+        [[rho(s), rho(s), 0.0], [sent(0), sent(1), 0.0]]
+    };
+    let colours: Vec<[Colour; 2]> = (0..surfaces.len()).map(colour).collect();
+    let painted = Painted::new::<f64>(&surfaces, &colours);
+    let (place, ratios) = (Place::<f64>::new(&painted.scene, 40), painted.ratios());
+    let adjoint = coloured(place.radiosity(), &ratios);
+    let last = LastStep(&adjoint);
+    let own = tables::<f64, _, _, 3>(&last, &adjoint, 256);
+    let neighbour = own.neighbour::<_, _, 2, 3>(&last, &adjoint, TWO).unwrap();
+    let material = |emits: bool| {
+        move |s: usize| Material {
+            reflectance: rho(s),
+            emission: if emits { 1.0 - rho(s) } else { 0.0 },
+        }
+    };
+    let from = |scene: &Scene, absorption| {
+        let sources = Sources::<f64>::new(scene).unwrap();
+        let goal = Goal {
+            functional: sources,
+            control_mean: None,
+            known: Channels::splat(CHANNELS, 0.0),
+        };
+        walk_all(&last, &neighbour, goal, &[], (absorption, 4000))
+    };
+    let furnace = scene::<f64>(&surfaces, material(true));
+    let lamp = Beam::Point {
+        at: [0.1, 0.2, 0.1],
+        intensity: 1.0,
+    };
+    let lit = scene::<f64>(&surfaces, material(false))
+        .with_beams(vec![lamp])
+        .unwrap();
+    for absorption in ENDS {
+        let (emitted, from_lamp) = (from(&furnace, absorption), from(&lit, absorption));
+        for (channel, surface) in receivers.into_iter().enumerate() {
+            check_both("sources", &emitted[channel], rho(surface), 1e-9);
+            let place = Place::<f64>::over(&lit, 40, surface);
+            let radiosity = place.radiosity();
+            let none = NoNeighbour::new(&radiosity);
+            let to = walk(&radiosity, &none, &place.mean(), absorption, 20_000).plain();
+            for from in [
+                from_lamp[channel].plain(),
+                from_lamp[channel].preconditioned(),
+            ] {
+                let error = to.std_error.unwrap().hypot(from.std_error.unwrap());
+                let off = (to.estimate - from.estimate).abs();
+                assert!(off < STANDARD_ERRORS * error, "{to:?} {from:?}");
+            }
+        }
+    }
 }

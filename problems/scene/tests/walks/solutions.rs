@@ -1,19 +1,20 @@
 //! Solutions in closed form, and what must not change them.
 
 use super::*;
-use common::{map, meshed, mirrored, rotation, sphere, triangulated};
+use common::{map, meshed, rotation, sphere, triangulated};
 
-/// Estimates with polynomials of degree 1: plain and preconditioned, of both estimators.
-fn means<F: Real>(scene: &Scene, functional: &Everywhere<F>, walks: u64) -> [Estimate; 4] {
-    let (geometry, cells) = (Tables::<F>::new(scene), Cells::new(scene, 40).unwrap());
-    let radiosity = Radiosity::new(geometry.geometry(), &cells, 0.3).unwrap();
-    let own = tables::<F, 3>(scene, 40, false);
-    let two = NonZeroU32::MIN.saturating_add(1);
-    let of = (&radiosity, &radiosity);
-    let neighbour = own.neighbour_with_events::<_, _, 2, 3>(of, two).unwrap();
-    let [a, b] =
-        ESTIMATORS.map(|estimator| walk(&radiosity, &neighbour, functional, estimator, walks));
-    [a.plain(), a.preconditioned(), b.plain(), b.preconditioned()]
+/// Estimates of the mean over a surface with polynomials of degree 1: plain and preconditioned, however walks end.
+fn means<F: Real>(scene: &Scene, surface: usize) -> Vec<Estimate> {
+    let (place, wide) = (Place::<F>::over(scene, 40, surface), Place::new(scene, 40));
+    let (radiosity, wide) = (place.radiosity(), wide.radiosity());
+    let own = tables::<F, _, _, 3>(&wide, &wide, 256);
+    let neighbour = own
+        .neighbour::<_, _, 2, 3>(&radiosity, &radiosity, TWO)
+        .unwrap();
+    let all = ENDS.map(|absorption| walk(&radiosity, &neighbour, &place.mean(), absorption, 4000));
+    all.iter()
+        .flat_map(|all| [all.plain(), all.preconditioned()])
+        .collect()
 }
 
 /// The eighths of a sphere by latitude and side, of any mesh of 4k rings.
@@ -52,8 +53,7 @@ fn a_sphere_from_inside() {
     let [coarse, fine] = [4, 8].map(|n| scene::<f64>(&eighths(n), |zone| materials[zone]));
     for (zone, own) in materials.iter().enumerate() {
         let exact = own.emission + own.reflectance * arriving;
-        let [coarse, fine] =
-            [&coarse, &fine].map(|scene| means(scene, &Everywhere::<f64>::over(scene, zone), 4000));
+        let [coarse, fine] = [&coarse, &fine].map(|scene| means::<f64>(scene, zone));
         for (coarse, fine) in coarse.into_iter().zip(fine) {
             let limit = (4.0 * fine.estimate - coarse.estimate) / 3.0;
             let error = (4.0 * fine.std_error.unwrap()).hypot(coarse.std_error.unwrap()) / 3.0;
@@ -80,9 +80,13 @@ fn the_same_scene_otherwise() {
             })
             .collect();
         let turn = rotation(&mut rng);
+        let mut mirrored = map(&surfaces, |[x, y, z]| [-x, y, z]);
+        for polygon in mirrored.iter_mut().flatten() {
+            *polygon = shapes::reversed(polygon);
+        }
         let others = [
             ("turned", map(&surfaces, |p| turn(p).map(|c| c + 0.5))),
-            ("mirrored", mirrored(&surfaces)),
+            ("mirrored", mirrored),
             ("larger", map(&surfaces, |p| p.map(|c| 1e3 * c))),
             ("smaller", map(&surfaces, |p| p.map(|c| 1e-3 * c))),
             ("triangles", triangulated(&surfaces)),
@@ -90,12 +94,11 @@ fn the_same_scene_otherwise() {
         ];
         for surface in [0, 2] {
             let of = |surfaces: &Surfaces| {
-                let scene = scene::<F>(surfaces, |surface| materials[surface]);
-                means(&scene, &Everywhere::<F>::over(&scene, surface), 4000)
+                means::<F>(&scene::<F>(surfaces, |surface| materials[surface]), surface)
             };
             let original = of(&surfaces);
             for (name, other) in &others {
-                for (a, b) in original.into_iter().zip(of(other)) {
+                for (a, b) in original.iter().zip(of(other)) {
                     let error = a.std_error.unwrap().hypot(b.std_error.unwrap());
                     let z = (a.estimate - b.estimate) / error;
                     assert!(z.abs() < STANDARD_ERRORS, "{name}: {a:?} and {b:?}");

@@ -12,6 +12,8 @@ pub(super) struct Report<'a> {
     pub(super) unknowns: usize,
     pub(super) degree: usize,
     pub(super) pairs: &'static str,
+    /// q0; null: walks end by roulette.
+    pub(super) absorption: Option<f64>,
     pub(super) estimator: &'static str,
     pub(super) form: &'static str,
     #[serde(flatten)]
@@ -31,13 +33,16 @@ impl Report<'_> {
             ..
         } = self.diagnosis;
         let mut text = format!(
-            "{}, {} cells, degree {}{}, {} pairs, {} estimator, {} form; {sites} sites with {nodes} nodes\n\n",
+            "{}, {} cells, degree {}{}, {} pairs, {}, {} form; {sites} sites with {nodes} nodes\n\n",
             self.problem,
             cells,
             self.degree,
             lift.map_or(String::new(), |lift| format!(" lifted to {lift}")),
             self.pairs,
-            self.estimator,
+            match self.absorption {
+                Some(q) => format!("absorption {q}, {} estimator", self.estimator),
+                None => "roulette".to_owned(),
+            },
             self.form
         );
         let number = |x: Option<f64>| x.map_or_else(|| "infinite".to_owned(), short);

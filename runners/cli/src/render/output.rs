@@ -18,7 +18,7 @@ pub(super) struct Seen {
     pub(super) blank: f64,
     /// Red, green and blue of both.
     pub(super) light: Option<[[Vec<f64>; 3]; 2]>,
-    /// Walks for a pixel, or of a whole function for all of them.
+    /// Walks for a pixel, or of a global estimate for all of them.
     pub(super) walks: u64,
     pub(super) seconds: f64,
 }
@@ -113,7 +113,7 @@ struct Summary {
     /// In a picture of a room, the numbers at the ends of its colours.
     #[serde(skip_serializing_if = "Option::is_none")]
     scale: Option<[f64; 2]>,
-    /// Whether all pixels are from one set of walks, by the whole function.
+    /// Whether all pixels are from one set of walks, by the global estimate.
     #[serde(skip_serializing_if = "core::ops::Not::not")]
     whole: bool,
     /// Those within the room, or which see a surface.
@@ -129,7 +129,7 @@ struct Summary {
 
 #[derive(Clone, Copy, Debug, Serialize)]
 struct Noise {
-    /// For a pixel, or of a whole function for all of them.
+    /// For a pixel, or of a global estimate for all of them.
     walks: u64,
     /// Root mean square over pixels of the standard error; `null` for one walk.
     std_error: Option<f64>,
@@ -149,7 +149,7 @@ impl Summary {
             short(self.largest)
         );
         let (name, each) = match self.whole {
-            true => ("whole function", "for all of it"),
+            true => ("global estimate", "for all of it"),
             false => ("preconditioned", "a pixel"),
         };
         let all = [(name, Some(self.preconditioned)), ("plain", self.plain)];
@@ -204,7 +204,7 @@ impl Results<'_> {
                 _ => None,
             },
             scale: (is_room && !is_table).then_some([scale.low(), scale.high()]),
-            whole: args.whole,
+            whole: args.global,
             inside: (seen.pixels.iter())
                 .filter(|spot| !spot.value.is_nan())
                 .count(),
@@ -219,7 +219,7 @@ impl Results<'_> {
             false => ["that see something", "seen"],
         };
         let errors = args.errors.as_ref();
-        let errors = errors.map(|_| seen.errors(&self.picture, args.whole));
+        let errors = errors.map(|_| seen.errors(&self.picture, args.global));
         Ok(Content {
             drawn,
             errors: errors.transpose()?,

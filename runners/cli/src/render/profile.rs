@@ -44,7 +44,6 @@ pub(crate) fn content(
         positions: &[],
         stretches: &stretches(&pieces),
         walk: &walk,
-        goals: &picturing.problem.goals,
         beside_plain: false,
     };
     let (field, _) = field(picturing, room, &request, &progress)?;
@@ -93,7 +92,7 @@ pub(crate) fn content(
             pieces.len(),
             surfaces.names.len(),
             walk.walks,
-            if args.whole {
+            if args.global {
                 "for all of them"
             } else {
                 "a point"

@@ -29,7 +29,7 @@ pub(super) fn field(
 ) -> Result<(Field, Option<Field>), Cut> {
     let cut = picturing.problem.resolved.settings.discretisation();
     let walking = || progress.walking();
-    let fields = if picturing.args.whole {
+    let fields = if picturing.args.global {
         let field = room.whole_field(&cut, request, progress, &walking);
         field.map(|field| (field, None))
     } else {
@@ -77,7 +77,6 @@ pub(super) fn content(
         positions: &positions,
         stretches: &stretches(&pieces),
         walk: &walk,
-        goals: &[],
         beside_plain: args.side_by_side,
     };
     let (mut field, mut plain) = field(picturing, room, &request, &progress)?;

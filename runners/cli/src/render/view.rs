@@ -1,5 +1,6 @@
 //! A scene as a camera sees it.
 
+use fredholm::channels::{colours, columns, numbers};
 use fredholm::scene::{Camera, SceneModel, View, ViewRequest};
 use fredholm::{Model, Partitioned, SolveObserver as _};
 use fredholm_plot::{Picture, Scale};
@@ -41,15 +42,16 @@ pub(super) fn content(
     // Of every pixel from the upper left.
     let row = |number| {
         let place = [number % width, number / width].map(|place| place as f64);
-        (place, view.numbers(number))
+        (place, numbers(&view.channels, &view.pixels, number))
     };
     let rows = (0..view.pixels.len()).map(row);
     let is_table = picturing.format == Format::Csv;
-    let table = is_table.then(|| pixels(["column", "row"], View::names(scene), rows));
+    let table =
+        is_table.then(|| pixels(["column", "row"], columns(scene.channels(), "seen"), rows));
     let unit = scene.unit();
     let heat = unit == Some("W/m2");
     let seen = |view: View| {
-        let light = view.colours(scene).filter(|_| !args.log);
+        let light = colours(scene.channels(), &view.channels).filter(|_| !args.log);
         Seen {
             // In greys nothing is as dark as no light.
             blank: if heat || args.log { f64::NAN } else { 0.0 },

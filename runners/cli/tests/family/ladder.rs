@@ -23,8 +23,9 @@ use fredholm_file::Resolved;
 const WALKS: [u64; 2] = [1024, 16_384];
 /// The degrees of the ladder.
 const DEGREES: [usize; 3] = [0, 2, 4];
-/// The values of q0 of the ladder. Those below 0.2 are for what has no finite variance with shorter walks.
-const ABSORPTIONS: [f64; 4] = [0.5, 0.2, 0.05, 0.01];
+/// How walks of the ladder end: by roulette, or with a constant q0. Values below 0.2 are for what has no finite variance with
+/// shorter walks.
+const ABSORPTIONS: [Option<f64>; 5] = [None, Some(0.5), Some(0.2), Some(0.05), Some(0.01)];
 /// How many times the predicted walks a rung has before it is given up.
 pub(crate) const MOST_TIMES: f64 = 4.0;
 
@@ -55,7 +56,8 @@ pub(crate) struct Rung {
     cells: usize,
     degree: usize,
     pairs: Pairs,
-    absorption: f64,
+    /// q0; `None`: roulette.
+    absorption: Option<f64>,
     /// Seconds of the set-up.
     set_up: f64,
     /// Seconds of a walk.
@@ -78,10 +80,11 @@ impl Rung {
             absorption,
             ..
         } = self;
+        let ending = absorption.map_or("roulette".to_owned(), |q| q.to_string());
         if self.plain {
-            return format!("plain {absorption}");
+            return format!("plain {ending}");
         }
-        format!("{cells} {degree} {} {absorption}", pairs.word())
+        format!("{cells} {degree} {} {ending}", pairs.word())
     }
 
     /// The number of walks of every target to a tolerance, in whole stages.
@@ -118,8 +121,8 @@ impl Rung {
             cells: Some(self.cells),
             degree: Some(self.degree),
             pairs: Some(self.pairs),
-            absorption: Some(self.absorption),
-            estimator: Some(Estimator::Absorption),
+            absorption: self.absorption,
+            estimator: self.absorption.map(|_| Estimator::Absorption),
             ..settings.clone()
         }
     }
@@ -140,7 +143,7 @@ impl Rung {
         let answer = if self.plain {
             problem.plain(&*cells, &walk, &())
         } else {
-            problem.solved(&Solved::new(&*cells, self.absorption).ok()?, &walk, &())
+            problem.solved(&Solved::new(&*cells).ok()?, &walk, &())
         };
         let all = answer?.outcome.statistics;
         let mut each = all.iter();
@@ -183,7 +186,7 @@ impl<'p> Opened<'p> {
     /// of a second. What the ladder takes does not contain it, and where that was kept nobody has looked yet.
     pub(crate) fn look_at_variance(&self) {
         if let Ok(cut) = self.model.partition(&self.settings.discretisation()) {
-            let _ = cut.plain_radius(0.5);
+            let _ = cut.plain_radius();
         }
     }
 
@@ -283,7 +286,7 @@ impl<'p> Opened<'p> {
         if rung.plain {
             return self.plain_rung(&*cut, rung.cells, &walk);
         }
-        let (solved, set_up) = timed(|| Solved::new(&*cut, rung.absorption).ok());
+        let (solved, set_up) = timed(|| Solved::new(&*cut).ok());
         let system = (rung.cells, rung.degree, &solved?, set_up);
         self.solved_rung(&*cut, system, &walk)
     }
@@ -297,7 +300,7 @@ impl<'p> Opened<'p> {
             tolerance: None,
             ..settings.walk_options()
         };
-        let (solved, set_up) = timed(|| Solved::new(&*cut, walk.absorption).ok());
+        let (solved, set_up) = timed(|| Solved::new(&*cut).ok());
         self.solved_rung(&*cut, (cells, 4, &solved?, set_up), &walk)
     }
 
@@ -315,14 +318,18 @@ impl<'p> Opened<'p> {
         let Ok(cut) = self.model.partition(&settings.discretisation()) else {
             return;
         };
-        let (solved, set_up) = timed(|| Solved::new(&*cut, 0.5).ok());
+        let (solved, set_up) = timed(|| Solved::new(&*cut).ok());
         let mut found = false;
         for absorption in ABSORPTIONS {
-            if found && absorption < 0.2 {
+            if found && absorption.is_some_and(|q| q < 0.2) {
                 return;
             }
+            let settings = Settings {
+                absorption,
+                estimator: absorption.map(|_| Estimator::Absorption),
+                ..settings.clone()
+            };
             let mut walk = settings.walk_options();
-            walk.absorption = absorption;
             walk.walks = WALKS[0];
             walk.tolerance = None;
             let before = rungs.len();
@@ -393,9 +400,9 @@ impl<'p> Opened<'p> {
             cells,
             degree,
             pairs: walk.pairs,
-            absorption: walk.absorption,
+            absorption: walk.absorption.probability(),
             set_up,
-            walk: each.seconds(walk.estimator, states, answer.pointwise),
+            walk: each.seconds(walk.absorption.estimator(), states, answer.pointwise),
             measured: [measured, measured_walks / walks],
             told: walk.walks,
             targets: all.iter().map(found).collect(),

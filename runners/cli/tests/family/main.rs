@@ -332,11 +332,10 @@ fn setting(chosen: &Chosen<'_>) -> String {
         cut.cells.unwrap_or(0)
     };
     format!(
-        "{cells} {} {} {} {}",
+        "{cells} {} {} {:?}",
         cut.degree,
         walk.pairs.word(),
-        walk.absorption,
-        walk.estimator.word()
+        walk.absorption
     )
 }
 
@@ -365,11 +364,18 @@ fn median_and_most(all: impl Iterator<Item = Option<f64>>) -> [f64; 2] {
     [median, all.last().copied().unwrap_or(0.0)]
 }
 
-/// The least number within 1.96 standard errors of as many as there are, if error bars are what they say: with fewer
-/// the chance is below 1 in 2000 (3.3 standard deviations of the binomial distribution).
-fn least_inside(count: usize) -> f64 {
-    let count = count as f64;
-    0.95 * count - 3.3 * (0.95 * 0.05 * count).sqrt()
+/// The least number within 1.96 standard errors of as many as there are, if error bars are what they say: with fewer the chance
+/// is below 1 in 2000, by the binomial distribution.
+fn least_inside(count: usize) -> usize {
+    let (mut term, mut sum) = (0.05_f64.powi(count as i32), 0.0);
+    for inside in 0..count {
+        sum += term;
+        if sum >= 1.0 / 2000.0 {
+            return inside;
+        }
+        term *= (count - inside) as f64 / (inside + 1) as f64 * 0.95 / 0.05;
+    }
+    count
 }
 
 fn summary(all: &[Ran]) {
@@ -389,5 +395,5 @@ fn summary(all: &[Ran]) {
         deviations.len()
     );
     assert!(most < MOST_TIMES, "{most}");
-    assert!(inside as f64 >= least_inside(deviations.len()), "{inside}");
+    assert!(inside >= least_inside(deviations.len()), "{inside}");
 }

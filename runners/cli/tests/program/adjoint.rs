@@ -219,8 +219,8 @@ fn what_the_way_back_refuses() {
     let answers = "walks from the sources answer the targets of `solve`, and nothing else";
     for (args, words) in [
         (
-            &["solve", &file, "--whole", "--cells", "20"][..],
-            "neither tell a whole function",
+            &["solve", &file, "--global", "--cells", "20"][..],
+            "neither tell a global estimate",
         ),
         (&["rates", &file], answers),
         (&["render", &file, "--out", &png], answers),

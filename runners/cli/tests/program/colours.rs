@@ -41,6 +41,9 @@ at = [0, 0, 0]
 name = "air"
 at = [1, 0.5, 0.5]
 [[target]]
+name = "meter"
+at = {{ point = [1, 0.5, 0.2], facing = [0, 0, 1] }}
+[[target]]
 name = "all"
 over = "all"
 "#,
@@ -119,6 +122,11 @@ fn channels_agree_with_runs_of_their_own() {
     for estimator in ["collision", "absorption"] {
         agree(room, &["--estimator", estimator], 0.1);
         agree(flat, &["--estimator", estimator], 1e-9);
+        agree(
+            flat,
+            &["--estimator", estimator, "--pairs", "pointwise"],
+            1e-9,
+        );
         let to_the_light = ["--estimator", estimator, "--last-step", "true"];
         agree(flat, &to_the_light, 1e-9);
     }
@@ -133,7 +141,8 @@ fn agree(room: fn(Option<usize>) -> String, options: &[&str], of_v: f64) {
     {
         let all = json(&[&["solve", &*file], options].concat());
         let targets = common::list(&all, "targets");
-        assert_eq!(targets.len(), 12);
+        let places = targets.len() / 4;
+        assert!(places >= 3, "{all}");
         let own = alone
             .each_ref()
             // Other walks.
@@ -163,7 +172,7 @@ fn agree(room: fn(Option<usize>) -> String, options: &[&str], of_v: f64) {
             }
         }
         // Targets are walked for once, not once a channel.
-        assert_eq!(all["states"].as_u64().unwrap() / (3 * 4096), 3);
+        assert_eq!(all["states"].as_u64().unwrap() / (places as u64 * 4096), 3);
     }
 }
 
@@ -202,15 +211,10 @@ fn same_bits(room: fn(Option<usize>) -> String) {
         .replace("cells = 40\ndegree = 2\n", "")
         .replace(&format!("walks = {WALKS}\n"), "");
     let open = folder.file("open.toml", open.replace("absorption = 0.3\n", ""));
-    let asked = json(&[
-        "solve",
-        &open,
-        "--target-error",
-        "0.02",
-        "--relative",
-        "--scalar",
-        "f32",
-    ]);
+    let error = ["--target-error", "0.02", "--relative"];
+    let asked = [&["solve", &open, "--scalar", "f32", "--json"], &error[..]].concat();
+    // What is chosen for a room leaves less than rounding in f32 does.
+    let asked = common::fredholm(&asked).warning(0, &[]).json();
     assert_eq!(asked["stop"], "done");
     for target in common::list(&asked, "targets") {
         let [estimate, error] = estimate(target, "preconditioned");
@@ -358,13 +362,6 @@ fn what_channels_refuse() {
             ),
             "temperatures and net fluxes have one channel",
         ),
-        (
-            deck(
-                "at = [1, 0.5, 0.5]",
-                "at = { point = [1, 0.5, 0.5], facing = [0, 0, 1] }",
-            ),
-            "what faces in a direction in the air has one channel",
-        ),
     ] {
         let file = folder.file("wrong.toml", &text);
         let ran = common::fredholm(&["solve", &file]);
@@ -374,8 +371,8 @@ fn what_channels_refuse() {
         );
     }
     let file = folder.file("room.toml", room(None));
-    let ran = common::fredholm(&["solve", &file, "--whole"]);
-    let words = "the whole function from one set of walks has one channel";
+    let ran = common::fredholm(&["solve", &file, "--global"]);
+    let words = "the global estimate from one set of walks has one channel";
     assert!(
         ran.status == Some(2) && ran.stderr.contains(words),
         "{ran:?}"
@@ -428,8 +425,8 @@ fn what_channels_of_rooms_refuse() {
             "temperatures and net fluxes have one channel",
         ),
         (
-            deck("degree = 2", "degree = 2\npairs = \"default\""),
-            "rays alone serve several channels at once",
+            deck("degree = 2", "degree = 2\npairs = \"paper\""),
+            "leave `pairs` out",
         ),
     ] {
         let file = folder.file("wrong.toml", &text);
@@ -441,21 +438,21 @@ fn what_channels_of_rooms_refuse() {
     }
     let file = folder.file("room.toml", flat(None));
     let (png, tables) = (folder.at("room.png"), folder.at("room.bin"));
-    let whole = "the whole function from one set of walks has one channel";
+    let whole = "the global estimate from one set of walks has one channel";
     for (args, words) in [
-        (&["solve", &file, "--whole"][..], whole),
-        (&["render", &file, "--out", &png, "--whole"], whole),
+        (&["solve", &file, "--global"][..], whole),
+        (&["render", &file, "--out", &png, "--global"], whole),
         (
             &["render", &file, "--out", &png, "--profile"],
             "`--profile` has one channel",
         ),
         (
             &["diagnose", &file],
-            "variances of a room are predicted for one channel",
+            "there are no predictions of variances of a room in several channels",
         ),
         (
             &["export", &file, "--out", &tables],
-            "there are no device tables of several channels",
+            "there are no device tables of a room in several channels",
         ),
         (
             &["solve", &file, "--adjoint", "true"],

@@ -2,10 +2,10 @@
 
 use crate::common;
 
-use common::{Folder, Ran, assert_svg, fredholm, is_long, list, number};
+use common::{Folder, Ran, assert_svg, fredholm, is_long, list, number, refused};
 
-/// Every comparison is within 4.9 standard errors and the rounding floor: there are about 400 of
-/// them, and one is beyond that by chance in 2,500 sets of seeds.
+/// Every comparison is within 4.9 standard errors and twice the rounding floor, as v and scores are rounded each: there are about
+/// 400 of them, and one is beyond that by chance in 2,500 sets of seeds.
 const STANDARD_ERRORS: f64 = 4.9;
 
 /// Equations with known solutions (Atkinson and Shampine 2008, and their tensor products): dimension,
@@ -124,7 +124,7 @@ fn check(ran: &Ran, what: &str) {
         let floor = number(target, "rounding_floor");
         for estimate in ["plain", "preconditioned"] {
             let found = &target[estimate];
-            let allowed = STANDARD_ERRORS * number(found, "std_error") + floor;
+            let allowed = STANDARD_ERRORS * number(found, "std_error") + 2.0 * floor;
             let difference = (number(found, "estimate") - exact).abs();
             assert!(difference <= allowed, "{what}, {estimate}: {target}");
         }
@@ -183,15 +183,6 @@ fn bits_do_not_depend_on_threads() {
     }
 }
 
-/// The line of a file's error, where it is told.
-fn refused(ran: &Ran, words: &[&str]) {
-    assert_eq!(ran.status, Some(2), "{ran:?}");
-    assert_eq!(ran.stdout, "", "{ran:?}");
-    for word in words {
-        assert!(ran.stderr.contains(word), "no {word:?}: {}", ran.stderr);
-    }
-}
-
 #[test]
 fn walks_without_mean_or_variance_are_refused() {
     let folder = Folder::new();
@@ -205,7 +196,7 @@ fn walks_without_mean_or_variance_are_refused() {
     let words = [
         "variance of a walk is infinite",
         "estimated spectral radius of 1.02",
-        "`absorption` below 1.80e-1",
+        "leave `absorption` out, or use one below 1.80e-1",
         "--allow-infinite-variance",
         "absorption = 0.2",
     ];
@@ -220,7 +211,7 @@ fn walks_without_mean_or_variance_are_refused() {
     // No absorption helps here: 1/(11 λ²) is above 1, too.
     refused(
         &folder.solve(&steep(0.28, 0.2), &[]),
-        &["no `absorption` helps"],
+        &["it takes a chain of its own, whose density resembles |K|"],
     );
     // And here the means themselves do not exist.
     let none = folder.solve(&steep(0.15, 0.2), &["--allow-infinite-variance"]);
@@ -440,57 +431,4 @@ fn a_solution_that_is_not_finite_is_an_error() {
         &["`solution` is NaN at x = 0.0"],
     );
     assert_eq!(run("1 / 0.9", "over = 'all'").status, Some(0));
-}
-
-/// A product kernel, formulas, an interval of its own and f32: K = 0.1 x₁ y₂ and F = [x₁ + x₂ < 1.4] on [0, 2]², whose
-/// solution is F + 0.1 x₁ m with m = ∫ y₂ u = 1.4³/6 + 0.4 m.
-#[test]
-fn an_exact_source_has_the_same_solution() {
-    let folder = Folder::new();
-    let mean = 0.1 * 1.4_f64.powi(3) / 6.0 / (1.0 - 0.4);
-    let source = "x1 + x2 < 1.4 ? 1 : 0";
-    let solution = format!("({source}) + x1 * {mean}");
-    for kernel in [
-        "kernel = '0.1 * x1 * y2'",
-        "kernel_factors = ['0.1 * x', 'y']",
-    ] {
-        for scalar in ["f64", "f32"] {
-            let rest = format!(
-                "domain = [[0, 2], [0, 2]]\nsolution = '{solution}'\n[galerkin]\ncells = 3\ndegree = 1\n\
-                 exact_source = true\n[walk]\nwalks = 20000\nscalar = '{scalar}'\n\
-                 [[target]]\nname = 'p'\nat = [0.3, 1.7]\n[[target]]\nname = 'q'\nat = [0.6, 0.2]\n\
-                 [[target]]\nname = 'w'\nweight = 'x1'\n"
-            );
-            let ran = folder.solve(&file(2, kernel, source, &rest), &["--json"]);
-            let json = ran.quietly(0).json();
-            assert_eq!(json["exact_source"], true);
-            for target in list(&json, "targets") {
-                let [bar, estimate] =
-                    ["std_error", "estimate"].map(|key| number(&target["preconditioned"], key));
-                let bar = bar.max(number(target, "rounding_floor"));
-                // ∫∫ x₁² is 16/3.
-                let error = match target["error"].as_f64() {
-                    Some(error) => error,
-                    None => estimate - 1.4_f64.powi(3) / 6.0 - mean * 16.0 / 3.0,
-                };
-                assert!(error.abs() < STANDARD_ERRORS * bar, "{kernel} {target}");
-                assert!(bar < 1e-3, "{target}");
-            }
-        }
-    }
-}
-
-#[test]
-fn an_exact_source_is_of_cubes_with_all_pairs_in_s() {
-    let folder = Folder::new();
-    let circle = common::circle_with("degree = 0", "exact_source = true");
-    let words = ["problem.toml:8:", "`exact_source` belongs to cubes"];
-    refused(&folder.solve(&circle, &[]), &words);
-    let jump = "kernel = 'x < y ? 0.8 : 0'\nkernel_integral = '0.8 * max(0, y - x)'";
-    let rest = format!("[galerkin]\nexact_source = true\n{}", targets(1));
-    let ran = folder.solve(&file(1, jump, "1", &rest), &[]);
-    refused(&ran, &["problem.toml:8:", "all pairs are in S"]);
-    let path = folder.file("a.toml", file(1, "kernel = '0.5'", "x", &rest));
-    let ran = fredholm(&["export", &path, "-o", &folder.at("a.bin")]);
-    refused(&ran, &["a.toml:7:", "`exact_source`"]);
 }

@@ -233,7 +233,7 @@ fn a_solution_that_is_none_is_seen() {
     let folder = Folder::new();
     let of = |solution: &str| {
         let problem = format!(
-            "dimension = 1\nkernel = '0.05 * x * y^2'\nsource = 'x^2 - 0.0125 * x'\nsolution = '{solution}'"
+            "dimension = 1\nkernel = '0.05 * x * y^2'\nsource = 'x^2 - 0.01 * x'\nsolution = '{solution}'"
         );
         cube(&problem, "[[target]]\nname = 'a'\nat = 0.5\n")
     };

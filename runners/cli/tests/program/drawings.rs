@@ -441,7 +441,7 @@ fn variances_in_the_air_are_predicted() {
     ]
     .concat();
     let path = folder.file("air.toml", &problem);
-    for pairs in ["default", "theory"] {
+    for pairs in ["default", "rays"] {
         let text = problem.replace("cells = 40", &format!("cells = 40\npairs = '{pairs}'"));
         let path = folder.file("air.toml", &text);
         let solved = folder.solve(&text, &["--json"]).quietly(0).json();
@@ -496,7 +496,7 @@ fn around_a_corner_neither_pairs_nor_shadows_nor_ends_of_boxes_leave_much() {
             "[problem]\nkind = 'room'\n{walls}{places}[galerkin]\ncells = {cells}\ndegree = 4\n\
              [walk]\nwalks = 32768\n"
         );
-        let solved = Folder::new().solve(&problem, &["--json", "--no-whole"]);
+        let solved = Folder::new().solve(&problem, &["--json", "--no-global"]);
         for target in list(&solved.quietly(0).json(), "targets") {
             let deviation = number(&target["preconditioned"], "std_dev");
             assert!(deviation < most, "{cells} cells, {surface}: {deviation:e}");

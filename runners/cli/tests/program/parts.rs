@@ -27,11 +27,6 @@ pub(crate) const SPHERE: &str = "[problem]\nkind = 'sphere'\nalbedo = 0.7\nasymm
     [galerkin]\ncells = 6\n[walk]\nwalks = 20000\nbatch = 256\n\
     [[target]]\nname = 'north'\nat = [0.1, 0.0]\n[[target]]\nname = 'mean'\nover = 'all'\n";
 
-/// An exact source: (v, Φ) has an error of its own, which is no sum over walks.
-pub(crate) const EXACT: &str = "[problem]\nkind = 'cube'\ndimension = 1\nkernel = '0.5 * exp(-(x - y)^2)'\nsource = 'abs(x - 0.3)'\n\
-    [galerkin]\ncells = 4\nexact_source = true\n[walk]\nwalks = 20000\nbatch = 256\n\
-    [[target]]\nname = 'mean'\nover = 'all'\n";
-
 /// The JSON of a run without what the clock told.
 pub(crate) fn whole(problem: &str, args: &[&str]) -> String {
     let folder = Folder::new();
@@ -73,9 +68,8 @@ pub(crate) fn merge(paths: &[String], args: &[&str]) -> Ran {
 #[test]
 fn merged_parts_are_one_run() {
     let counts: &[usize] = if is_long() { &[1, 2, 7, 64] } else { &[3] };
-    let problems = [CIRCLE, CUBE, ROOM, SPHERE, EXACT];
-    for problem in problems {
-        let long = is_long() && problem != EXACT;
+    for problem in [CIRCLE, CUBE, ROOM, SPHERE] {
+        let long = is_long();
         let scalars: &[&str] = if long { &["f64", "f32"] } else { &["f64"] };
         let estimators: &[&str] = if long {
             &["absorption", "collision"]
@@ -184,7 +178,7 @@ fn parts_of_other_walks_are_refused_with_what_differs() {
     }
     for (args, word) in [
         (["--part", "3/2", "--save", "x"].as_slice(), "a part is k/n"),
-        (&["--whole", "--save", "x"], "--whole"),
+        (&["--global", "--save", "x"], "--global"),
         (&["--save", &folder.at("none/x")], "cannot open it"),
     ] {
         refused(&folder.solve(CIRCLE, args), &[word]);

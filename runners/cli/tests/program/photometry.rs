@@ -65,11 +65,11 @@ fn light_has_units_if_they_are_asked_for() {
         "all.toml",
         format!("{surfaces}[[target]]\nname = \"walls\"\nover = \"walls\"\n"),
     );
-    let whole = common::fredholm(&["solve", &all, "--whole"])
+    let whole = common::fredholm(&["solve", &all, "--global"])
         .quietly(0)
         .stdout;
     assert!(
-        whole.contains("whole function, lm/m2") && whole.contains("irradiance, lx"),
+        whole.contains("global estimate, lm/m2") && whole.contains("irradiance, lx"),
         "{whole}"
     );
 }

@@ -502,12 +502,16 @@ fn an_infinite_variance() {
     let at = "0.2\n";
     let words = [
         "variance of a walk is infinite",
-        "an `absorption` below 1.99e-2",
+        "leave `absorption` out, or use one below 2.00e-2",
     ];
     refused(&mirror, at, &words);
     // Almost all light is absorbed on the way: few walks go far, and they weigh too much.
     let impatient = circle_with("absorption = 0.2", "absorption = 0.9");
-    refused(&impatient, "0.9\n", &["infinite", "`absorption` below"]);
+    refused(
+        &impatient,
+        "0.9\n",
+        &["infinite", "leave `absorption` out, or use one below"],
+    );
 
     let folder = Folder::new();
     let few = ["--walks", "100", "--json"];

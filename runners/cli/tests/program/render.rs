@@ -4,7 +4,7 @@ use crate::common;
 
 use std::path::Path;
 
-use common::{Folder, Ran, assert_svg, fredholm, number};
+use common::{Folder, Ran, assert_svg, fredholm, number, refused};
 
 /// A room of 2 by 1 with an obstacle and a thin baffle. The lamp is the left wall: u = 1 on it and 0
 /// elsewhere.
@@ -43,14 +43,6 @@ fn render(folder: &Folder, problem: &str, name: &str, args: &[&str]) -> Ran {
     let file = folder.file("problem.toml", problem);
     let out = folder.at(name);
     fredholm(&[&["render", &file, "-o", &out], args].concat())
-}
-
-fn refused(ran: &Ran, words: &[&str]) {
-    assert_eq!(ran.status, Some(2), "{ran:?}");
-    assert_eq!(ran.stdout, "", "{ran:?}");
-    for word in words {
-        assert!(ran.stderr.contains(word), "no {word:?}: {}", ran.stderr);
-    }
 }
 
 /// Width, height, and red, green, blue of every pixel.
@@ -403,12 +395,12 @@ fn grey() -> String {
     BLACK.replace("reflectance = 0\n", "reflectance = 0.4\n")
 }
 
-/// Pixels of a whole function are those of walks of their own, within the error bars of both, and so are profiles.
+/// Pixels of a global estimate are those of walks of their own, within the error bars of both, and so are profiles.
 #[test]
-fn a_whole_function_serves_all_pixels() {
+fn a_global_estimate_serves_all_pixels() {
     let folder = Folder::new();
     let both = |args: &[&str], own: &str, columns: [usize; 2]| {
-        let mine = [&["--whole"], args].concat();
+        let mine = [&["--global"], args].concat();
         render(&folder, &grey(), "whole.csv", &mine).quietly(0);
         let theirs = [&["--walks", own], args].concat();
         render(&folder, &grey(), "own.csv", &theirs).quietly(0);
@@ -427,10 +419,10 @@ fn a_whole_function_serves_all_pixels() {
 }
 
 #[test]
-fn the_errors_of_a_whole_function_are_a_picture() {
+fn the_errors_of_a_global_estimate_are_a_picture() {
     let folder = Folder::new();
     let errors = folder.at("errors.png");
-    let args = ["--whole", "--width", "300", "--errors", &errors, "--json"];
+    let args = ["--global", "--width", "300", "--errors", &errors, "--json"];
     let json = render(&folder, &grey(), "a.png", &args).quietly(0).json();
     assert_eq!(
         (&json["whole"], &json["preconditioned"]["walks"]),
@@ -444,14 +436,14 @@ fn the_errors_of_a_whole_function_are_a_picture() {
     assert_eq!(picture.0, errors.0);
     assert!(picture.2 != errors.2);
     // The same bits again, whatever the number of threads.
-    let again = ["--whole", "--width", "300", "--threads", "1"];
+    let again = ["--global", "--width", "300", "--threads", "1"];
     render(&folder, &grey(), "b.png", &again).quietly(0);
     let [a, b] = ["a.png", "b.png"].map(|name| std::fs::read(folder.path().join(name)).unwrap());
     assert!(a == b);
     let refused_with = |args: &[&str], word: &str| {
         refused(&render(&folder, &grey(), "c.png", args), &[word]);
     };
-    refused_with(&["--whole", "--side-by-side"], "--side-by-side");
+    refused_with(&["--global", "--side-by-side"], "--side-by-side");
     // Pixels with walks of their own have errors, too.
     let own = folder.at("own.png");
     render(
@@ -462,6 +454,6 @@ fn the_errors_of_a_whole_function_are_a_picture() {
     )
     .quietly(0);
     assert_eq!(decode(own.as_ref()).0, picture.0);
-    refused_with(&["--whole", "--errors", "e.csv"], ".png or .svg");
-    refused_with(&["--whole", "--errors", "e.txt"], ".png or .svg");
+    refused_with(&["--global", "--errors", "e.csv"], ".png or .svg");
+    refused_with(&["--global", "--errors", "e.txt"], ".png or .svg");
 }

@@ -2,9 +2,7 @@
 
 use crate::common;
 
-use std::path::{Path, PathBuf};
-
-use common::{Folder, Ran, assert_svg, fredholm, is_long, list, number};
+use common::{Folder, assert_svg, example, fredholm, is_long, list, number, refused};
 use fredholm_room::Material;
 use fredholm_tests::room::{Drawing, Published, SQUARE_VALUE, published, square};
 
@@ -14,23 +12,6 @@ const EXAMPLES: [&str; 4] = [
     "furnace.toml",
     "facet.toml",
 ];
-
-/// The folder of the examples.
-fn examples() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples")
-}
-
-fn example(name: &str) -> String {
-    examples().join(name).to_str().unwrap().to_owned()
-}
-
-fn refused(ran: &Ran, words: &[&str]) {
-    assert_eq!(ran.status, Some(2), "{ran:?}");
-    assert_eq!(ran.stdout, "", "{ran:?}");
-    for word in words {
-        assert!(ran.stderr.contains(word), "no {word:?}: {}", ran.stderr);
-    }
-}
 
 /// A drawing as a problem file, its surfaces called S1, S2, ….
 fn file_of(drawing: &Drawing) -> String {
@@ -129,8 +110,8 @@ fn glowing(name: &str) -> String {
     glowing + "[[target]]\nname = 'all'\nover = 'all'\n"
 }
 
-/// u = 1 in every closed room with F = 1 − ρ, for any ρ: four standard errors, three choices of
-/// pairs; of 96 comparisons one is off by chance once in 160 seeds.
+/// u = 1 in every closed room with F = 1 − ρ, for any ρ: four standard errors, rays and pairs; of 48 comparisons one is off by chance
+/// once in 320 seeds.
 #[test]
 fn every_example_is_a_furnace_if_it_glows() {
     let folder = Folder::new();
@@ -153,11 +134,7 @@ fn every_example_is_a_furnace_if_it_glows() {
             "{problem}[[target]]\nname = 'one'\nover = {surface:?}\n[[target]]\nname = 'point'\n\
              at = {{ surface = {surface:?}, t = 0.37 }}\n"
         );
-        for (pairs, walks) in [
-            ("default", "20000"),
-            ("paper", "20000"),
-            ("pointwise", "2000"),
-        ] {
+        for (pairs, walks) in [("rays", "20000"), ("pointwise", "2000")] {
             let args = [
                 "--json", "--cells", "200", "--pairs", pairs, "--walks", walks,
             ];
@@ -237,7 +214,7 @@ fn the_square_has_its_known_value() {
         + "[galerkin]\ncells = 200\n[walk]\nwalks = 40000\n\
            [[target]]\nname = 'point'\nat = { surface = 'S1', t = 0.37 }\n";
     for (seed, scalar) in [("1", "f64"), ("2", "f64"), ("3", "f64"), ("1", "f32")] {
-        for pairs in ["default", "paper", "pointwise"] {
+        for pairs in ["rays", "pointwise"] {
             let args = [
                 "--json", "--seed", seed, "--scalar", scalar, "--pairs", pairs,
             ];
@@ -302,12 +279,7 @@ fn the_square_has_its_known_value_at_every_degree() {
         + "[galerkin]\ncells = 80\n[walk]\nwalks = 4000\n\
            [[target]]\nname = 'point'\nat = { surface = 'S1', t = 0.37 }\n";
     for degree in ["1", "2", "3", "4"] {
-        for (scalar, pairs) in [
-            ("f64", "default"),
-            ("f32", "default"),
-            ("f64", "paper"),
-            ("f64", "pointwise"),
-        ] {
+        for (scalar, pairs) in [("f64", "rays"), ("f32", "rays"), ("f64", "pointwise")] {
             let args = ["--json", "--degree", degree, "--scalar", scalar];
             let args = [&args[..], &["--pairs", pairs]].concat();
             // In f32 there may be a warning that rounding is what is left.
@@ -327,7 +299,7 @@ fn the_square_has_its_known_value_at_every_degree() {
                     "{args:?}, {estimate}: {target}"
                 );
             }
-            if scalar == "f64" && pairs == "default" {
+            if scalar == "f64" && pairs == "rays" {
                 let [plain, best] =
                     ["plain", "preconditioned"].map(|name| number(&target[name], "std_error"));
                 assert!(best < plain / 30.0, "{degree}: {plain} {best}");

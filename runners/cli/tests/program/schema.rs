@@ -8,7 +8,7 @@ use std::fs;
 use common::{CIRCLE, Folder, circle_with, fredholm};
 use serde_json::Value;
 
-use crate::parts::{CUBE, EXACT, ROOM, SPHERE, parts};
+use crate::parts::{CUBE, ROOM, SPHERE, parts};
 use crate::systems::SCENE;
 
 /// Looks for what a document has against a schema, by the words of JSON Schema that ours uses. Others than the properties that it
@@ -121,7 +121,7 @@ fn properties(schema: &Value, all: &mut BTreeSet<String>) {
     }
 }
 
-/// What reports of ordinary runs do not have: error bars that may mean nothing, and a whole function that was given up.
+/// What reports of ordinary runs do not have: error bars that may mean nothing, and a global estimate that was given up.
 const RARE: [&str; 6] = [
     "doubtful_share",
     "tail_index",
@@ -146,13 +146,12 @@ fn reports_are_what_their_schema_says() {
         ran.json()
     };
     let out = folder.at("a.json");
-    let whole = ["--whole", "--out", &out];
+    let whole = ["--global", "--out", &out];
     let line = "[problem]\nkind = 'cube'\ndimension = 1\nkernel = '0.5 * exp(-(x - y)^2)'\nsource = '1 + x'\n\
         solution = '2'\n[walk]\ntarget_error = 1e-5\n[[target]]\nname = 'u'\ngrid = 20\n";
     let plain = line
         .replace("1e-5", "1e-2")
         .replace("grid = 20", "at = 0.5");
-    let theory = circle_with("\"default\"", "\"theory\"");
     let given = ROOM.replace(
         "emissivity = 0.9\ntemperature = 290",
         "emissivity = 0.9\nnet_flux = 20",
@@ -168,38 +167,37 @@ fn reports_are_what_their_schema_says() {
     let means = SCENE.replace(point, "");
     let mut documents = vec![
         run(CIRCLE, &[]),
-        run(&lifted, &["--sequence", "sobol", "--survivals", "2"]),
+        run(&lifted, &["--sequence", "sobol", "--forced-steps", "2"]),
         run(CIRCLE, &stop),
         run(CIRCLE, &whole),
         run(CUBE, &whole),
         run(
             CUBE,
             &[
-                "--whole",
+                "--global",
                 "--walks",
                 "64",
                 "--sequence",
                 "sobol",
-                "--survivals",
+                "--forced-steps",
                 "1",
             ],
         ),
-        run(CUBE, &["--whole", "--lift", "2"]),
-        run(&theory, &[]),
+        run(CUBE, &["--global", "--lift", "2"]),
         run(spike, &["--allow-infinite-variance"]),
-        run(EXACT, &[]),
         run(line, &[]),
-        run(line, &["--no-whole"]),
-        run(line, &["--whole", "--walks", "1000"]),
+        run(line, &["--no-global"]),
+        run(line, &["--method", "resolvent"]),
+        run(line, &["--global", "--walks", "1000"]),
         run(&plain, &[]),
         run(&air, &[]),
-        run(&air, &["--whole"]),
+        run(&air, &["--global"]),
         run(&given, &["--last-step", "true"]),
-        run(&given, &["--whole"]),
+        run(&given, &["--global"]),
         run(SPHERE, &[]),
-        run(SPHERE, &["--whole"]),
+        run(SPHERE, &["--global"]),
         run(SCENE, &[]),
-        run(&means, &["--whole"]),
+        run(&means, &["--global"]),
         run(&colours::room(None), &["--cells", "20"]),
         run(
             &adjoint::room("walks = 1000\n"),

@@ -2,10 +2,7 @@
 
 use crate::common;
 
-use core::f64::consts::PI;
-
-use common::{Folder, fredholm, is_long, list, number};
-use fredholm::numbers::slope;
+use common::{Folder, fredholm, list, number};
 
 /// Points by colatitude and azimuth: the poles, and three between.
 const POINTS: [[f64; 2]; 5] = [
@@ -96,97 +93,13 @@ fn the_printed_file_is_checked_and_solved() {
         fredholm(&["init", "sphere"]).quietly(0).stdout,
     );
     let check = fredholm(&["check", &file]).quietly(0).stdout;
-    for part in [
-        "is valid",
-        "200 (10 bands of 20 sectors)",
-        "memory",
-        "time",
-        "targets",
-    ] {
+    for part in ["is valid", "cells      200\n", "memory", "time", "targets"] {
         assert!(check.contains(part), "{part}: {check}");
     }
     let text = fredholm(&["solve", &file, "--walks", "2000"])
         .quietly(0)
         .stdout;
     assert!(text.contains("sphere, 200 cells, default pairs"), "{text}");
-}
-
-/// The mean over all points of the square distance to the mean of their cell: of unit vectors, 1 − |mean|². Cells are
-/// `bands` equal parts of z times twice as many of the angle; those at the poles are wider, so that this falls like
-/// ln(n)/n.
-fn spread(bands: u32) -> f64 {
-    let primitive = |z: f64| 0.5 * (z * (1.0 - z * z).max(0.0).sqrt() + z.clamp(-1.0, 1.0).asin());
-    let half = PI / f64::from(2 * bands);
-    let height = 2.0 / f64::from(bands);
-    let cell = |band: u32| {
-        let low = height * f64::from(band) - 1.0;
-        let across = (primitive(low + height) - primitive(low)) / height * half.sin() / half;
-        let along = low + 0.5 * height;
-        1.0 - across * across - along * along
-    };
-    (0..bands).map(cell).sum::<f64>() / f64::from(bands)
-}
-
-/// √Var falls with the root of the spread of the cells, as the kernel is smooth, which comes to n^(−0.46) from 8 cells
-/// to 1152 and to n^(−1/2) in the end: within 15 %, as other kinds.
-#[test]
-fn the_deviation_falls_as_theory_says() {
-    let folder = Folder::new();
-    let file = folder.file("a.toml", sphere([0.6, 0.3], EMISSION, ""));
-    let cells = "8,32,72,288,1152";
-    let spreads = [2, 4, 6, 12, 24].map(|bands: u32| {
-        let cells = f64::from(2 * bands * bands);
-        (cells.log2(), 0.5 * spread(bands).log2())
-    });
-    let expected = slope(spreads.into_iter()).unwrap();
-    let json = fredholm(&[
-        "rates", &file, "--cells", cells, "--walks", "20000", "--json",
-    ]);
-    let json = json.quietly(0).json();
-    let fits = &json["fits"];
-    assert_eq!(number(fits, "std_dev_theory"), -0.5);
-    let fitted = number(fits, "std_dev");
-    println!("fitted {fitted}, expected {expected}");
-    assert!((fitted / expected - 1.0).abs() < 0.15, "{expected}: {fits}");
-    assert!((number(&json, "mean") - 2.5).abs() < 1e-12);
-}
-
-/// √Var of both estimates, predicted and measured, within 5 %: 100,000 walks know them to a per cent. On 72 cells sites
-/// are parts of cells, on 1152 groups of four. By day in half of the default's nodes, which know them as well on 72 cells.
-#[test]
-fn predictions_are_what_solve_measures() {
-    let folder = Folder::new();
-    let file = folder.file(
-        "a.toml",
-        sphere([0.6, 0.3], EMISSION, "[walk]\nwalks = 100000"),
-    );
-    // More cells take ten times as long.
-    let long = is_long();
-    let cells: &[&str] = if long { &["72", "1152"] } else { &["72"] };
-    for options in cells.iter().map(|cells| ["--cells", cells]) {
-        let run = |command: &[&str]| {
-            let arguments = [command, &[&file, "--json"], &options[..]].concat();
-            fredholm(&arguments).quietly(0).json()
-        };
-        let nodes: &[&str] = if long { &[] } else { &["--nodes", "1200"] };
-        let predicted = run(&[&["diagnose"], nodes].concat());
-        let measured = run(&["solve"]);
-        let (predicted, measured) = (list(&predicted, "targets"), list(&measured, "targets"));
-        assert_eq!(predicted.len(), measured.len());
-        for (predicted, measured) in predicted.iter().zip(measured) {
-            for walks in ["plain", "preconditioned"] {
-                let (sd, found) = (
-                    number(predicted, walks),
-                    number(&measured[walks], "std_dev"),
-                );
-                println!("{options:?} {} {walks}: {sd} {found}", measured["name"]);
-                assert!(
-                    (sd / found - 1.0).abs() < 0.05,
-                    "{options:?} {walks} {sd} {found}"
-                );
-            }
-        }
-    }
 }
 
 #[test]

@@ -51,10 +51,7 @@ fn an_error_alone_gives_an_answer() {
 /// day, and with three if there is `FREDHOLM_LONG`.
 #[test]
 fn as_many_walks_are_predicted_as_are_needed() {
-    let text = format!(
-        "galerkin = {{ degree = 0, exact_source = false }}\n{}",
-        PROBLEMS[2].text
-    );
+    let text = format!("galerkin.degree = 0\n{}", PROBLEMS[2].text);
     let seeds: &[&str] = if is_long() { &["1", "2", "3"] } else { &["1"] };
     for seed in seeds {
         let plain = ["--sequence", "random", "--lift", "0"];
@@ -134,7 +131,7 @@ walk = { absorption = 0.3, estimator = \"collision\", target_error = 1e-5 }
     assert!(report.get("split").is_none());
     assert_eq!(
         (&report["degree"], &report["absorption"]),
-        (&0.into(), &0.2.into())
+        (&0.into(), &Value::Null)
     );
 }
 
@@ -161,10 +158,10 @@ fn walks_are_plain_where_a_neighbour_equation_does_not_pay() {
     );
 }
 
-/// T_k²p has a spectral radius of about 0.6/(1 − q0) and 0.81/(1 − q0): short walks would be the fastest. Fourth moments are
-/// finite below q0 = 1 − 0.6^⅔ = 0.29 and 1 − 0.81^⅔ = 0.13.
+/// T_k²p has a spectral radius of about 0.6 and 0.81: with a constant absorption of 0.29 and 0.13 fourth moments are infinite.
+/// Walks end by roulette, and error bars hold.
 #[test]
-fn walks_without_a_finite_variance_are_not_chosen() {
+fn walks_of_bright_problems_end_by_roulette() {
     let cube = r#"
 problem = { kind = "cube", dimension = 1, kernel = "0.7 + 0.3*x*y", source = "0.9*x - 0.35" }
 target = [{ name = "mean", over = "all" }]
@@ -174,11 +171,10 @@ problem.kind = "room"
 problem.surface = [{ name = "floor", points = [[0, 0], [1, 0]], reflectance = 0.9, emission = 1 }, { name = "rest", points = [[1, 0], [1, 1], [0, 1], [0, 0]], reflectance = 0.9 }]
 target = [{ name = "point", at = { surface = "floor", t = 0.37 } }]
 "#;
-    for (text, most) in [(cube, 0.29), (room, 0.132)] {
+    for text in [cube, room] {
         for error in ["1e-2", "1e-4"] {
             let report = solve(text, &["--target-error", error]);
-            let absorption = number(&report, "absorption");
-            assert!(absorption <= most, "{absorption}");
+            assert!(report["absorption"].is_null(), "{report}");
             let asked: f64 = error.parse().unwrap();
             let found = &target(&report)["preconditioned"];
             assert!(number(found, "std_error") <= asked, "{found}");
@@ -203,8 +199,7 @@ fn the_answer_is_that_of_the_settings_that_were_chosen() {
             problem.name
         );
         let of = |key: &str| split[key].to_string().replace('"', "");
-        let text = format!("{}walk.absorption = {}\n", problem.text, of("absorption"));
-        let [cells, degree, pairs, estimator] = ["cells", "degree", "pairs", "estimator"].map(of);
+        let [cells, degree, pairs] = ["cells", "degree", "pairs"].map(of);
         let args = [
             "--target-error",
             error,
@@ -216,10 +211,8 @@ fn the_answer_is_that_of_the_settings_that_were_chosen() {
             &degree,
             "--pairs",
             &pairs,
-            "--estimator",
-            &estimator,
         ];
-        let given = solve(&text, &args);
+        let given = solve(problem.text, &args);
         for key in ["targets", "states", "sweeps", "residual", "stop"] {
             assert_eq!(split[key], given[key], "{}", problem.name);
         }

@@ -3,7 +3,7 @@
 use std::fs;
 
 use crate::common::{CIRCLE, Folder, Ran, circle_with, fredholm, is_long, limited, refused, wait};
-use crate::parts::{CUBE, EXACT, ROOM, SPHERE, merge, parts, whole};
+use crate::parts::{CUBE, ROOM, SPHERE, merge, parts, whole};
 
 /// A product in three dimensions, whose tables are those of axes.
 const PRODUCT: &str = "[problem]\nkind = 'cube'\ndimension = 3\n\
@@ -55,11 +55,10 @@ fn has_the_same_bits(problem: &str, args: &[&str]) {
 
 #[test]
 fn a_saved_system_has_the_bits_of_its_set_up() {
-    for problem in [CIRCLE, CUBE, PRODUCT, POINTWISE, EXACT, ROOM, SPHERE, SCENE] {
+    for problem in [CIRCLE, CUBE, PRODUCT, POINTWISE, ROOM, SPHERE, SCENE] {
         let degrees: &[usize] = match problem {
             SPHERE | POINTWISE => &[0],
             _ if is_long() => &[0, 1, 2],
-            EXACT => &[0],
             _ => &[1],
         };
         for &degree in degrees {
@@ -78,13 +77,11 @@ fn a_saved_system_has_the_bits_of_its_set_up() {
 }
 
 #[test]
-fn a_saved_system_serves_other_pairs_forms_and_the_whole_function() {
+fn a_saved_system_serves_other_pairs_forms_and_global_estimates() {
     has_the_same_bits(ROOM, &["--pairs", "pointwise"]);
-    has_the_same_bits(ROOM, &["--pairs", "theory"]);
-    has_the_same_bits(POINTWISE, &["--pairs", "theory"]);
-    has_the_same_bits(CIRCLE, &["--form", "residual"]);
+    has_the_same_bits(CIRCLE, &["--form", "product"]);
     for problem in [CIRCLE, CUBE, ROOM, SPHERE] {
-        has_the_same_bits(problem, &["--whole"]);
+        has_the_same_bits(problem, &["--global"]);
     }
 }
 
@@ -128,15 +125,10 @@ fn a_system_of_another_problem_is_refused_with_what_differs() {
     let path = folder.at("system");
     solve(&folder, CIRCLE, &["--save-system", &path]);
     let written = fs::read(&path).unwrap();
-    let others: [(&str, &[&str], &str); 7] = [
+    let others: [(&str, &[&str], &str); 6] = [
         (CIRCLE, &["--cells", "22"], "cells: 22 here and cells: 20"),
         (CIRCLE, &["--degree", "1"], "degree: 1 here and degree: 0"),
         (CIRCLE, &["--scalar", "f32"], "F32 here and scalar: F64"),
-        (
-            &circle_with("absorption = 0.2", "absorption = 0.3"),
-            &[],
-            "absorption: 0.3 here and absorption: 0.2",
-        ),
         (
             &circle_with("[0.3, 0.7]", "[0.3, 0.6]"),
             &[],

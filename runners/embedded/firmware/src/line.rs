@@ -2,14 +2,14 @@
 
 use core::fmt::{self, Write};
 
-use fredholm_core::{Estimate, Estimator, Real, Statistics};
+use fredholm_core::{Absorption, Estimate, Estimator, Real, Statistics};
 
-/// Name, scalar, estimator; walks and states; then estimate and standard error of plain and
+/// Name, scalar, how walks end; walks and states; then estimate and standard error of plain and
 /// preconditioned Monte Carlo, and all statistics, as hexadecimal bits.
 pub fn line<F: Real>(
     out: &mut impl Write,
     name: &str,
-    estimator: Estimator,
+    absorption: Absorption,
     statistics: &Statistics,
 ) -> fmt::Result {
     let scalar = if F::EPSILON.to_f64() == f64::EPSILON {
@@ -17,13 +17,14 @@ pub fn line<F: Real>(
     } else {
         "f32"
     };
-    let estimator = match estimator {
-        Estimator::Absorption => "absorption",
-        Estimator::Collision => "collision",
+    let ends = match (absorption, absorption.estimator()) {
+        (Absorption::Roulette, _) => "roulette",
+        (_, Estimator::Absorption) => "absorption",
+        (_, Estimator::Collision) => "collision",
     };
     write!(
         out,
-        "{name} {scalar} {estimator} walks {} states {} plain ",
+        "{name} {scalar} {ends} walks {} states {} plain ",
         statistics.walks(),
         statistics.states()
     )?;

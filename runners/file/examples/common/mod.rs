@@ -1,8 +1,7 @@
 //! What examples measure scenes with.
 
 use fredholm_core::{
-    Batch, DefaultGenerator, Equation, Estimator, Form, Functional, Length, NeighbourOf,
-    Statistics, Task, WalkSeeds,
+    Absorption, Batch, Equation, Functional, Goal, Goals, Job, NeighbourOf, Statistics, WalkOptions,
 };
 use fredholm_file::Resolution;
 use fredholm_scene::Scene;
@@ -44,28 +43,24 @@ pub(crate) fn with_scene(
 /// Statistics of so many walks, and seconds a walk.
 pub(crate) fn walk<E, N, T>(
     (equation, neighbour): (&E, &N),
-    functional: &T,
-    estimator: Estimator,
+    functional: T,
+    absorption: Absorption,
     (walks, control_mean): (u64, Option<f64>),
 ) -> Result<(Statistics, f64), Failed>
 where
-    E: Equation<Scalar = f64>,
-    N: NeighbourOf<E>,
-    T: Functional<E>,
+    E: Equation<Scalar = f64, Value = f64> + Sync,
+    N: NeighbourOf<E> + Sync,
+    T: Functional<E> + Sync,
 {
-    let task = Task {
-        equation,
-        neighbour,
-        functional,
-        control_mean,
-        estimator,
-        form: Form::Product,
-        seeds: WalkSeeds::<DefaultGenerator>::new(1, 0),
-        length: Length::default(),
+    let goals = [Goal::new(functional, control_mean)];
+    let options = WalkOptions {
+        absorption,
+        ..WalkOptions::default()
     };
-    let mut batch = Batch::new(0, walks, walks);
+    let job = Goals::new(equation, neighbour, &goals, options);
+    let mut batches = [Batch::new(0, walks, walks)];
     let start = processor_seconds();
-    batch.run(&task, u64::MAX)?;
+    job.run(0, &mut batches, u64::MAX)?;
     let seconds = (processor_seconds() - start) / walks as f64;
-    Ok((*batch.statistics(), seconds))
+    Ok((*batches[0].statistics(), seconds))
 }

@@ -188,7 +188,7 @@ impl Kind for Circle {
     fn resolve(&self, file: &ProblemFile) -> Result<(Resolution, Vec<Target>), InputError> {
         let targets = file.ask(|what| {
             let region = match what {
-                What::At(at) => Region::Angle(at.value.first().map_or(0.0, |s| s.value)),
+                What::At(at) => Region::Point(at.value.iter().map(|s| s.value).collect()),
                 What::OverAll => Region::Arc(0.0, TAU),
                 What::Over(from, to) => Region::Arc(from.value, to.value),
                 What::Grid(points, _) => return Ok(grid(points, None)),
@@ -196,7 +196,7 @@ impl Kind for Circle {
                     return file.listed(path, &mut |fields| {
                         let angle = numbers(fields)?;
                         check_angle(&angle).map_err(|(_, message)| message)?;
-                        Ok(Region::Angle(angle[0]))
+                        Ok(Region::Point(angle))
                     });
                 }
                 _ => return Ok(NOTHING),

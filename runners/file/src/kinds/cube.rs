@@ -344,10 +344,6 @@ impl Kind for Cube {
         }
     }
 
-    fn has_exact_source(&self) -> bool {
-        true
-    }
-
     fn most_degree(&self) -> (usize, &'static str) {
         if self.dimension.value <= 3 {
             (4, "on a cube of up to 3 dimensions")
@@ -379,10 +375,7 @@ impl Kind for Cube {
             };
             Ok(vec![Ask::One(region)])
         })?;
-        let mut model = CubeModel::new(Arc::new(formulas(self, weights)));
-        if let Some(stages) = &file.galerkin.stages {
-            model = model.with_stages(stages.value);
-        }
+        let model = CubeModel::new(Arc::new(formulas(self, weights)));
         Ok((Resolution::Other(Box::new(model)), targets))
     }
 

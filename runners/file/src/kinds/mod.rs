@@ -116,11 +116,6 @@ pub trait Kind: Debug + Send + Sync {
     fn has_walls(&self) -> bool {
         false
     }
-
-    /// Whether neighbour equations may have the source F itself.
-    fn has_exact_source(&self) -> bool {
-        false
-    }
 }
 
 /// All fields, without blanks: formulas may have more or fewer of them.

@@ -248,9 +248,7 @@ impl Kind for Room {
         let (surfaces, colours) = self.with_colours(file)?;
         let settings = file.settings();
         let cut = settings.discretisation();
-        let pairs = settings.pairs.unwrap_or(RoomModel::DEFAULT_PAIRS);
-        RoomModel::refuse_beyond_memory(&surfaces, &cut, pairs)
-            .map_err(|error| file.explain(&error))?;
+        RoomModel::refuse_beyond_memory(&surfaces, &cut).map_err(|error| file.explain(&error))?;
         let names = surfaces.names.clone();
         let model = RoomModel::new(surfaces, file.walk.scalar.value);
         let model = match colours {

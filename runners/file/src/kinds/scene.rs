@@ -1,5 +1,6 @@
 //! `[problem]` with `kind = "scene"`, and what it asks of the rest of the file.
 
+use fredholm::channels::ChannelNames;
 use fredholm::scene::{Colours, SceneModel, Temperatures};
 use fredholm::{Ask, Goal, Model, Region, Scalar, Target};
 
@@ -47,10 +48,11 @@ impl Scene {
             let surfaces = self.file.surfaces.iter();
             let materials = surfaces.map(|surface| surface.colours.clone()).collect();
             let make = match self.file.in_bands {
-                true => Colours::of_heat,
-                false => Colours::new,
+                true => ChannelNames::of_heat,
+                false => ChannelNames::new,
             };
-            let colours = make(self.file.channels.clone(), materials);
+            let names = make(self.file.channels.clone());
+            let colours = Colours { names, materials };
             return model.with_colours(colours).map_err(InputError::new);
         }
         if self.file.is_photometric {

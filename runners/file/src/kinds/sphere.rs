@@ -3,7 +3,7 @@
 use core::f64::consts::{PI, TAU};
 
 use fredholm::sphere::{Parameters, SphereModel};
-use fredholm::{Ask, Choices, Region, Scalar, Settings, Target};
+use fredholm::{Ask, Choices, Region, Scalar, Target};
 
 use super::{Kind, KindEntry, shared};
 use crate::model::NOTHING;
@@ -63,7 +63,6 @@ impl Sphere {
             albedo: self.albedo.value,
             asymmetry: self.asymmetry.value,
             emission,
-            absorption: Settings::ABSORPTION,
             forward: self.forward.as_ref().map_or(like_kernel, |b| b.value),
         }
     }

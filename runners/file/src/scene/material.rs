@@ -1,6 +1,6 @@
 //! The materials of surfaces, in one channel or in several.
 
-use fredholm_core::channels::MOST_CHANNELS;
+use fredholm_core::MOST_CHANNELS;
 use fredholm_scene::Material;
 
 use super::SceneSurface;

@@ -22,7 +22,7 @@ fn full_file() {
     assert_eq!(file.galerkin.degree.value, 0);
     assert_eq!(file.galerkin.pairs.value, Pairs::Paper);
     assert_eq!(file.walk.walks.value, 16);
-    assert_eq!(file.walk.absorption.value, 0.25);
+    assert_eq!(file.walk.absorption.map(|q| q.value), Some(0.25));
     assert_eq!(file.walk.estimator.value, Estimator::Collision);
     assert_eq!(file.walk.scalar.value, Scalar::F32);
     assert_eq!(file.walk.seed.value, MAX_SEED);
@@ -66,12 +66,13 @@ fn defaults() {
     assert_eq!(
         file.walk,
         Walk {
+            method: None,
             walks: Placed::default(100_000),
-            absorption: Placed::default(0.2),
-            estimator: Placed::default(Estimator::Absorption),
+            absorption: None,
+            estimator: Placed::default(Estimator::Collision),
             form: Placed::default(Settings::FORM),
             sequence: Placed::default(Sequence::Random),
-            survivals: Placed::default(0),
+            forced_steps: Placed::default(0),
             last_step: None,
             adjoint: None,
             scalar: Placed::default(Scalar::F64),
@@ -79,7 +80,7 @@ fn defaults() {
             batch: Placed::default(4096),
             target_error: None,
             relative: Placed::default(false),
-            whole: None,
+            global: None,
             allow_infinite_variance: false,
         }
     );
@@ -90,7 +91,7 @@ fn defaults() {
 
 #[test]
 fn words_of_the_file() {
-    for (word, pairs) in ["paper", "default", "pointwise", "theory", "rays"]
+    for (word, pairs) in ["paper", "default", "pointwise", "rays"]
         .iter()
         .zip(Pairs::ALL)
     {
@@ -116,7 +117,7 @@ fn unknown_keys() {
     fails(&walk("wlaks = 1"), 8, 1, "wlaks", &words);
     let words = [
         "in `[galerkin]`",
-        "known here: `cells`, `degree`, `pairs`, `lift`, `stages`, `points`, `grading`, `shadow_cuts` and `exact_source`",
+        "known here: `cells`, `degree`, `pairs`, `lift`, `points`, `grading` and `shadow_cuts`",
     ];
     fails(&galerkin("  mesh = 1"), 6, 3, "mesh", &words);
     // A typo is reported as such even where the right key is missing.
@@ -278,7 +279,7 @@ fn wrong_types() {
         6,
         9,
         "'x'",
-        &["\"paper\", \"default\", \"pointwise\", \"theory\" or \"rays\""],
+        &["\"paper\", \"default\", \"pointwise\" or \"rays\""],
     );
     fails("problem = 5", 1, 11, "5", &["`problem` must be a table"]);
     let one = small(PROBLEM, "", "", TARGET);

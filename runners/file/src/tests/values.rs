@@ -183,13 +183,13 @@ fn flags() {
         "{error}"
     );
     file.galerkin.cells = None;
-    file.walk.absorption = Placed::flag("--absorption", f64::NAN);
+    file.walk.absorption = Some(Placed::flag("--absorption", f64::NAN));
     let error = file.validate().unwrap_err().to_string();
     assert!(
         error.starts_with("`--absorption NaN`: `absorption` must"),
         "{error}"
     );
-    file.walk.absorption = Placed::flag("--absorption", 0.5);
+    file.walk.absorption = Some(Placed::flag("--absorption", 0.5));
     file.walk.seed = Placed::flag("--seed", u64::MAX);
     assert!(file.validate().is_err());
     file.walk.seed = Placed::flag("--seed", 0);

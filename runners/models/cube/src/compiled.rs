@@ -3,17 +3,16 @@
 //! All else, set-ups and predictions among it, is compiled once for all equations and calls closures by their address.
 
 use fredholm_core::galerkin::{Dense, DiagonalRule, NeighbourVectors, Piecewise};
-use fredholm_core::whole::{Replicate, ReplicateCounts, WholeJob, WholeTask};
-use fredholm_core::{Batch, Goals, Job, WalkOptions};
+use fredholm_core::global::{GlobalJob, GlobalTask, Replicate, ReplicateCounts};
+use fredholm_core::{Goals, WalkOptions};
 use fredholm_cube::{Cube, CubeScores};
 use fredholm_rayon::RunError;
 
 use super::closures::Closures;
 use super::functions::Watched;
-use super::starts::{GoalsOf, Start};
+use super::starts::{Begin, GoalsOf};
 use super::system::Boxed;
-use fredholm_model::Error;
-use fredholm_model::{WithJob, WithWholeJob};
+use fredholm_model::{Error, WithGlobalJob, WithJob};
 
 /// What tells the goals of a neighbour equation.
 pub(super) type MakeGoals<'a, F, const D: usize> =
@@ -24,7 +23,6 @@ pub(super) type MakeGoals<'a, F, const D: usize> =
 pub(super) struct Parts<'a, F> {
     pub(super) values: &'a Watched<'a, F>,
     pub(super) per_axis: usize,
-    pub(super) absorption: f64,
     pub(super) options: WalkOptions,
 }
 
@@ -48,13 +46,13 @@ pub(super) trait CompiledWalks<F, const D: usize>: Send + Sync {
         then: &mut WithJob<'_>,
     ) -> Result<(), Error>;
 
-    /// Hands on the walks of a whole function that score on these functions, of whose coefficients some are known.
-    fn with_whole(
+    /// Hands on the walks of a global estimate that score on these functions, of whose coefficients some are known.
+    fn with_global(
         &self,
         parts: &Parts<'_, F>,
         neighbour: &Boxed<'_, F, D>,
-        scored: (&CubeScores<F, D>, &[f64]),
-        then: &mut WithWholeJob<'_>,
+        scored: (&CubeScores<D>, &[f64]),
+        then: &mut WithGlobalJob<'_>,
     ) -> Result<(), Error>;
 }
 
@@ -70,8 +68,7 @@ where
         goals: &MakeGoals<'_, f64, D>,
         then: &mut WithJob<'_>,
     ) -> Result<(), Error> {
-        let (m, absorption) = (parts.per_axis, parts.absorption);
-        let cube = Cube::<f64, D, _, _>::new(&self.kernel, &self.source, m, absorption)?;
+        let cube = Cube::<f64, D, _, _>::new(&self.kernel, &self.source, parts.per_axis)?;
         match follow {
             Follow::Constants(coefficients, vectors) => {
                 let neighbour: Piecewise<'_, _, _, _, _, _, 1> =
@@ -88,18 +85,17 @@ where
         }
     }
 
-    fn with_whole(
+    fn with_global(
         &self,
         parts: &Parts<'_, f64>,
         neighbour: &Boxed<'_, f64, D>,
-        (scores, known): (&CubeScores<f64, D>, &[f64]),
-        then: &mut WithWholeJob<'_>,
+        (scores, known): (&CubeScores<D>, &[f64]),
+        then: &mut WithGlobalJob<'_>,
     ) -> Result<(), Error> {
-        let (m, absorption) = (parts.per_axis, parts.absorption);
-        let cube = Cube::<f64, D, _, _>::new(&self.kernel, &self.source, m, absorption)?;
-        let job: WholeTask<'_, _, _, _, _> =
-            WholeTask::new(&cube, &cube, neighbour, scores, parts.options);
-        then(&job.with_known(known)).map_err(|error| parts.explain_whole(error, neighbour, scores))
+        let cube = Cube::<f64, D, _, _>::new(&self.kernel, &self.source, parts.per_axis)?;
+        let job: GlobalTask<'_, _, _, _, _> =
+            GlobalTask::new(&cube, &cube, neighbour, scores, parts.options);
+        then(&job.with_known(known)).map_err(|error| parts.explain_global(error, neighbour, scores))
     }
 }
 
@@ -110,30 +106,29 @@ impl Parts<'_, f64> {
         &self,
         error: Error,
         neighbour: &Boxed<'_, f64, D>,
-        goals: &[fredholm_core::Goal<Start<'_, f64, D>>],
+        goals: &[fredholm_core::Goal<Begin<'_, f64, D>, f64>],
     ) -> Error {
         if let Error::Run(RunError::NotFinite { goal, walk, .. }) = error
-            && let Ok(cube) = self.values.cube::<D>(self.per_axis, self.absorption)
+            && let Ok(cube) = self.values.cube::<D>(self.per_axis)
         {
-            let job = Goals::new(&cube, neighbour, goals, self.options);
-            let mut batch = Batch::new(walk, 1, walk.saturating_add(1));
-            // Whoever asked for the values tells of the first that is not finite.
-            let _ = job.run(goal, &mut batch, 1);
+            // What watches the values tells of the first that is not finite.
+            let _ = Goals::new(&cube, neighbour, goals, self.options).replay(goal, walk);
         }
         error
     }
 
-    /// Walks such a walk of a whole function again, in the same way.
-    fn explain_whole<const D: usize>(
+    /// Walks such a walk of a global estimate again, in the same way.
+    fn explain_global<const D: usize>(
         &self,
         error: Error,
         neighbour: &Boxed<'_, f64, D>,
-        scores: &CubeScores<f64, D>,
+        scores: &CubeScores<D>,
     ) -> Error {
         if let Error::Run(RunError::Replicate { walk, .. }) = error
-            && let Ok(cube) = self.values.cube::<D>(self.per_axis, self.absorption)
+            && let Ok(cube) = self.values.cube::<D>(self.per_axis)
         {
-            let job = WholeTask::new(&cube, &cube, neighbour, scores, self.options);
+            let job: GlobalTask<'_, _, _, _, _> =
+                GlobalTask::new(&cube, &cube, neighbour, scores, self.options);
             let mut sums = vec![0.0; job.unknowns()];
             let mut replicate = Replicate::new(walk, 1, ReplicateCounts::default(), &mut sums);
             let _ = job.run(&mut replicate, 1);

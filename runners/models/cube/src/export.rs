@@ -10,13 +10,11 @@ use fredholm_model::device::{PairRule, add_dense};
 /// The tables of a cube of this dimension, with so many cells per axis, of this degree.
 pub(super) fn cube<F: Real + Number, const D: usize>(
     [dimension, per_axis, degree]: [usize; 3],
-    absorption: f64,
     coefficients: &Table<'_, D>,
     diagonal_rule: Option<DiagonalRule>,
     [v, g]: [&[F]; 2],
 ) -> TableBuilder {
     let mut tables = TableBuilder::new("cube");
-    tables.numbers("absorb", &[absorption]);
     tables.numbers("axes", &[dimension as u32, per_axis as u32]);
     tables.numbers("degree", &[degree as u32]);
     match coefficients {
@@ -25,8 +23,6 @@ pub(super) fn cube<F: Real + Number, const D: usize>(
         } => add_dense::<F>(&mut tables, entries, *functions),
         // Products are rounded, not factors, so that the walks are the library's own.
         Table::Product(factors) => tables.numbers("factors", factors.entries()),
-        // Such a system has been refused.
-        Table::Middles(_) => {}
     }
     tables.numbers("v", v);
     tables.numbers("source", g);

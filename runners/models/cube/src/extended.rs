@@ -143,7 +143,6 @@ impl CubeModel {
         Self {
             base: self.base,
             known: self.known,
-            stages: self.stages,
             compiled,
             ..Self::new(functions)
         }

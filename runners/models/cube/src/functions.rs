@@ -274,14 +274,8 @@ impl<'a, F: Real> Watched<'a, F> {
     pub(super) fn cube<const D: usize>(
         &self,
         per_axis: usize,
-        absorption: f64,
     ) -> Result<ModelCube<'_, F, D>, CubeError> {
-        Cube::new(
-            self.kernel(),
-            self.function(Which::Source),
-            per_axis,
-            absorption,
-        )
+        Cube::new(self.kernel(), self.function(Which::Source), per_axis)
     }
 
     /// A value of the kernel, watched.
@@ -321,6 +315,7 @@ impl<'a, F: Real> Watched<'a, F> {
                         | fredholm_rayon::RunError::Replicate { .. }
                 )
                 | Error::Variance(_)
+                | Error::NotFinite { .. }
         );
         match self.watch.get() {
             Some(what) if caused => Error::NotFinite { what: what.clone() },

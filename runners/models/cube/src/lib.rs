@@ -5,34 +5,31 @@ mod compiled;
 mod cost;
 mod degree;
 mod domain;
-mod exact;
 mod export;
 mod extended;
 mod functions;
+mod global;
 mod integral;
 mod lift;
 mod mean;
 mod nystrom;
+mod radius;
 mod regions;
+mod resolvent;
 mod setup;
 mod shapes;
 mod singular;
 mod spikes;
-mod stages;
 mod starts;
 mod system;
 mod table;
-mod whole;
 
 use core::any::Any;
 use std::sync::{Arc, OnceLock};
 
-use fredholm_core::galerkin::{Dense, DiagonalRule, PairKind, Partition};
-use fredholm_core::{NoNeighbour, Tolerance};
-use fredholm_cube::{
-    Cube, CubeError, KernelFactors as _, KernelFn as _, Product, ProductTables, Rule,
-    absolute_radius, empty_table, functions as count, table_bytes,
-};
+use fredholm_core::NoNeighbour;
+use fredholm_core::galerkin::{DiagonalRule, PairKind, functions as count};
+use fredholm_cube::{CubeError, CubeRule};
 
 pub use functions::{CubeFunctions, CubeValues};
 
@@ -42,16 +39,16 @@ use domain::Domain;
 use extended::Known;
 use fredholm_model::Deterministic;
 use fredholm_model::cost::{Cost, PointwisePairs};
+use fredholm_model::resolvent::{ResolventAnswer, ResolventQuestion};
 use fredholm_model::{About, Prepared, Request, Then};
 use fredholm_model::{
     Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, SavedSystem, Scalar, Subject,
     System, WalkOptions, in_scalar,
 };
-use functions::{CubeScalar, ModelCube, WeightOf, Which, with_values};
+use functions::{CubeScalar, Watched, WeightOf, Which, with_values};
 use shapes::{in_dimension, in_shape, of_functions};
 use starts::{WeightedStart, goals_of};
 use system::{Boxed, with_job};
-use table::fill;
 
 /// The relative residual at which the iteration for v stops. An unconverged solution costs variance and
 /// nothing else.
@@ -82,26 +79,19 @@ const MOST_CELLS: usize = 100_000_000;
 pub struct CubeModel {
     /// All that is known.
     functions: Arc<dyn CubeFunctions>,
-    /// The number of stages in place of a matrix.
-    stages: Option<u32>,
     /// What was known before more was said.
     base: Arc<dyn CubeFunctions>,
     known: Known,
     /// `Arc<dyn CompiledWalks<D>>` of closures in D dimensions.
     compiled: Option<Box<dyn Any + Send + Sync>>,
     dimension: usize,
-    /// The spectral radius of T_K², once it is computed: no number of cells and no absorption changes it.
+    /// The spectral radius of T_k²p, once it is computed: no number of cells changes it.
     squared_radius: OnceLock<f64>,
     /// The exponent of a singularity at x = y, once it is computed; 0 without one.
     exponent: OnceLock<f64>,
     /// Whether a kernel of one dimension has jumps or kinks but at x = y, once it is looked at.
     is_rough: OnceLock<bool>,
-    /// The largest |F| in some points, once it is computed.
-    source_size: OnceLock<f64>,
 }
-
-/// Seconds that are spent in looking at K², about.
-const LOOK_SECONDS: f64 = 1.0;
 
 impl core::fmt::Debug for CubeModel {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
@@ -120,12 +110,10 @@ impl CubeModel {
             base: functions.clone(),
             functions,
             known: Known::default(),
-            stages: None,
             compiled: None,
             squared_radius: OnceLock::new(),
             exponent: OnceLock::new(),
             is_rough: OnceLock::new(),
-            source_size: OnceLock::new(),
         }
     }
 
@@ -175,7 +163,7 @@ impl Model for CubeModel {
     }
 
     fn most_lift(&self) -> usize {
-        if self.exponent() > 0.0 || self.stages.is_some() {
+        if self.exponent() > 0.0 {
             0
         } else {
             lift::HIGHEST - 1
@@ -200,7 +188,6 @@ impl Model for CubeModel {
             let message = message.to_owned();
             Err(Error::Option { subject, message })
         };
-        self.check_stages(discretisation.degree)?;
         let has_integral = self.functions.has_integral();
         let is_one = self.functions.is_product() || self.dimension == 1;
         if has_integral && !is_one {
@@ -225,14 +212,7 @@ impl Model for CubeModel {
                  S, by `pairs = \"paper\"`, or by \"default\" without a `kernel_integral`",
             );
         }
-        if discretisation.exact_source.is_some() && !smooth {
-            return refuse(
-                Subject::ExactSource,
-                "a neighbour equation has the source F itself if all pairs are in S: by `pairs = \"paper\"`, or by \
-                 \"default\" without a `kernel_integral`",
-            );
-        }
-        if matches!(pairs, Pairs::Pointwise | Pairs::Theory) && !has_integral {
+        if pairs == Pairs::Pointwise && !has_integral {
             return refuse(
                 Subject::Pairs,
                 "pointwise pairs need the exact integrals of the kernel over cells: \
@@ -267,7 +247,6 @@ impl Model for CubeModel {
             per_axis,
             degree: discretisation.degree,
             points: discretisation.points,
-            exact_source: discretisation.exact_source,
             scalar: discretisation.scalar,
         }))
     }
@@ -300,8 +279,9 @@ impl Model for CubeModel {
         }
     }
 
-    fn exact_source_size(&self) -> Option<f64> {
-        Some(self.source_size())
+    fn by_resolvent(&self, question: &ResolventQuestion<'_>) -> Result<ResolventAnswer, Error> {
+        let scalar = question.settings.scalar;
+        in_scalar!(scalar, F => in_dimension!(self.dimension, D => self.resolvent_in::<F, D>(question)))
     }
 
     fn nystrom(&self) -> Result<Vec<Deterministic>, Error> {
@@ -318,8 +298,6 @@ struct CubePartition<'m> {
     /// p.
     degree: usize,
     points: Option<usize>,
-    /// The tolerance of the moments of F, if walks follow a neighbour equation with the source F itself.
-    exact_source: Option<Tolerance>,
     scalar: Scalar,
 }
 
@@ -343,73 +321,23 @@ impl<'m> CubePartition<'m> {
         self.points.unwrap_or(self.degree + 1)
     }
 
-    fn rule(&self) -> Result<Rule, CubeError> {
-        Rule::new(self.points())
+    /// The quadrature of the set-up.
+    fn rule<const D: usize>(&self, values: &Watched<'_, f64>) -> Result<CubeRule<D>, CubeError> {
+        CubeRule::new(
+            &values.cube::<D>(self.per_axis)?,
+            self.degree,
+            self.points(),
+        )
     }
 
     /// `None`: all pairs are pointwise.
     fn diagonal_rule(&self, pairs: Pairs) -> Option<DiagonalRule> {
         let diagonal = match pairs {
             Pairs::Pointwise => return None,
-            Pairs::Default | Pairs::Theory if self.functions().has_integral() => {
-                PairKind::Pointwise
-            }
+            Pairs::Default if self.functions().has_integral() => PairKind::Pointwise,
             _ => PairKind::Galerkin,
         };
         Some(DiagonalRule { diagonal })
-    }
-
-    /// The spectral radius of T_K², estimated on a coarse partition. Over 1 − q0 it is that of T_k²p. That of T_h²p is
-    /// looked at when K' is known: it is smaller if K' is exact.
-    fn squared_radius_in<const D: usize>(&self) -> Result<f64, Error> {
-        // The estimate is the same for every absorption.
-        let absorption = 0.5;
-        with_values::<f64, _>(self.functions(), |values| {
-            let kernel = values.kernel();
-            let exponent = self.model.exponent();
-            if exponent > 0.0 && !self.functions().is_product() {
-                let at = |x: f64, y: f64| kernel.kernel(&[x; D], &[y; D]);
-                return singular::squared_radius(&at, exponent);
-            }
-            let dark = |_: &[f64; D]| 0.0;
-            if self.functions().is_product() {
-                let square = |a: usize, x: f64, y: f64| {
-                    let factor = kernel.factor(a, x, y);
-                    factor * factor
-                };
-                // Tables of axes alone are made: the number of cells does not matter as long as it is one.
-                let per_axis = [200, 200, 200, 200, 80, 40][D - 1];
-                let cube = Cube::<f64, D, _, _>::new(Product(square), dark, per_axis, absorption)?;
-                let tables = ProductTables::new(&cube, Rule::new(2)?)?;
-                return Ok(tables.absolute_radius()?);
-            }
-            // Cells of an axis, points in them, and the fewest cells, which tell the radius of smooth kernels to some digits.
-            let (per_axis, points, fewest): (usize, usize, usize) = [
-                (200, 2, 20),
-                (14, 2, 6),
-                (6, 2, 3),
-                (4, 1, 3),
-                (3, 1, 2),
-                (2, 1, 2),
-            ][D - 1];
-            let [seconds, ..] = self.functions().seconds();
-            let all = (per_axis * points).pow(2 * D as u32) as f64;
-            // Where a value takes so long that looking would take seconds, fewer are looked at.
-            let part = (LOOK_SECONDS / (all * seconds)).min(1.0);
-            let fewer = (per_axis as f64 * part.powf(0.5 / D as f64)) as usize;
-            let per_axis = fewer.max(fewest);
-            let square = |x: &[f64; D], y: &[f64; D]| {
-                let k = kernel.kernel(x, y);
-                k * k
-            };
-            let cube = Cube::new(square, dark, per_axis, absorption)?;
-            let (rule, n) = (Rule::new(points)?, cube.cells());
-            let mut entries = empty_table(n)?;
-            fill(&mut entries, n, &|i, row| cube.fill_row(rule, i, row))?;
-            let dense = Dense::new(&entries, n, 1);
-            let dense = dense.ok_or(Error::Internal("a table has a wrong size"))?;
-            Ok(absolute_radius(&dense)?.max(spikes::squared_radius(square, part)))
-        })
     }
 
     /// Plain walks. Their neighbour equation 0 = 0 is called as all others are, so that no walk needs code of
@@ -432,13 +360,12 @@ impl<'m> CubePartition<'m> {
             let parts = Parts {
                 values,
                 per_axis: self.per_axis,
-                absorption: request.walk.absorption,
                 options: request.walk.for_core(),
             };
             let goals = |neighbour: &Boxed<'_, F, D>| {
                 goals_of(values.domain(), neighbour, request, &weighted, 0.0)
             };
-            let none: &Boxed<'_, F, D> = &NoNeighbour::<ModelCube<'_, F, D>>::new();
+            let none: &Boxed<'_, F, D> = &NoNeighbour::new(&values.cube::<D>(self.per_axis)?);
             with_job(
                 (self.model, request.walk.sequence),
                 &parts,
@@ -466,7 +393,7 @@ impl<'m> Partitioned<'m> for CubePartition<'m> {
         }
     }
 
-    fn memory(&self, goals: &[Goal], pairs: Pairs) -> usize {
+    fn memory(&self, goals: &[Goal], _: Pairs) -> usize {
         let (n, d) = (self.unknowns(), self.model.dimension);
         let table = if self.functions().is_product() {
             let width = self.per_axis.saturating_mul(self.degree + 1);
@@ -474,26 +401,17 @@ impl<'m> Partitioned<'m> for CubePartition<'m> {
             // All products of polynomials along the axes, while K'v is computed.
             let tensor = width.saturating_pow(d as u32);
             tables.saturating_add(tensor).saturating_mul(8)
-        } else if self.model.stages.is_some() {
-            // Sums and coefficients of a stage, products.
-            n.saturating_mul(8 * 24)
         } else {
-            table_bytes(n).unwrap_or(usize::MAX)
+            n.saturating_mul(n).saturating_mul(8)
         };
         let weights = goals
             .iter()
             .filter(|goal| WeightOf::region(&goal.region).is_some());
         // F', v, G, their copies and the iteration's own vectors.
         let vectors = n.saturating_mul(8 * (8 + weights.count()));
-        let nodes = 2_usize.saturating_pow(d as u32);
         table
             .saturating_add(vectors)
             .saturating_add(goals.len().saturating_mul(1024))
-            .saturating_add(fredholm_model::pairs::memory(
-                pairs,
-                self.all_cells(),
-                nodes,
-            ))
     }
 
     fn cost(&self, _: Pairs) -> Cost {
@@ -527,29 +445,25 @@ impl<'m> Partitioned<'m> for CubePartition<'m> {
         }
     }
 
-    fn plain_radius(&self, absorption: f64) -> Result<f64, Error> {
+    fn plain_radius(&self) -> Result<f64, Error> {
         let known = &self.model.squared_radius;
-        let radius = match known.get() {
-            Some(&radius) => radius,
+        match known.get() {
+            Some(&radius) => Ok(radius),
             None => {
                 let radius =
                     in_dimension!(self.model.dimension, D => self.squared_radius_in::<D>())?;
-                *known.get_or_init(|| radius)
+                Ok(*known.get_or_init(|| radius))
             }
-        };
-        Ok(radius / (1.0 - absorption))
+        }
     }
 
     /// T_h²p is looked at where the system is solved.
     fn check_variance(&self, walk: &WalkOptions) -> Result<(), Error> {
-        let absorption = walk.absorption;
         let of = match self.model.exponent() {
-            a if a >= 0.5 => {
-                format!("K²/(1 − absorption), where K is like |x - y|^-{a:.2} at x = y,")
-            }
-            _ => "K²/(1 − absorption)".to_owned(),
+            a if a >= 0.5 => format!("K², where K is like |x - y|^-{a:.2} at x = y,"),
+            _ => "K²".to_owned(),
         };
-        fredholm_model::finite::check_plain(&of, absorption, || self.plain_radius(absorption))
+        fredholm_model::finite::check_plain(&of, walk.absorption, || self.plain_radius())
     }
 
     fn check_examination(&self) -> Result<(), Error> {
@@ -567,12 +481,12 @@ impl<'m> Partitioned<'m> for CubePartition<'m> {
         Ok(())
     }
 
-    fn solve(&self, absorption: f64) -> Result<Box<dyn System + 'm>, Error> {
+    fn solve(&self) -> Result<Box<dyn System + 'm>, Error> {
         let d = self.model.dimension;
         if self.degree == 0 {
-            return in_dimension!(d, D => self.solve_in::<D>(&Constants, absorption));
+            return in_dimension!(d, D => self.solve_in::<D>(&Constants));
         }
-        in_shape!(d, self.degree, D, B => self.solve_in::<D>(&Smooth::<B>, absorption))
+        in_shape!(d, self.degree, D, B => self.solve_in::<D>(&Smooth::<B>))
     }
 
     fn restore(&self, saved: SavedSystem<'m>) -> Result<Box<dyn System + 'm>, Error> {

@@ -1,20 +1,18 @@
 //! A solution of a higher degree than its matrix, and walks that follow it with h = k.
 
-use fredholm_core::galerkin::{Partition, Solution};
-use fredholm_core::{Located, Neighbour, Real, StateSpace, Uniforms};
-use fredholm_cube::{CubeScores, KernelFn, KernelMoments, ScalarField, functions};
+use fredholm_core::galerkin::{Cells as _, Solution};
+use fredholm_core::{Located, Neighbour, Real, Space, Uniforms};
+use fredholm_cube::{CubeRule, CubeScores, KernelFn, KernelMoments, KernelShape, ScalarField};
 use fredholm_model::numbers::{dot, largest, short};
 use fredholm_model::{Error, Subject};
 use fredholm_rayon::fill_rows;
-use fredholm_variance::gauss;
 
 use super::CubePartition;
-use super::functions::{ModelCube, Watched};
-use super::setup::ANY;
-use super::whole::{MOST_POINTS, nodes};
+use super::functions::{ModelCube, Watched, Which};
+use super::global::{MOST_POINTS, nodes};
 
 /// The degree in which T_K v' is approximated: the highest that there is.
-pub(super) const HIGHEST: usize = CubeScores::<f64, 1>::MOST_DEGREE;
+pub(super) const HIGHEST: usize = CubeScores::<1>::MOST_DEGREE;
 /// Places at which rules for T_K are compared, and the part of ‖v‖ by which a finer one may move it.
 const PROBES: usize = 16;
 const SETTLED: f64 = 1e-14;
@@ -22,7 +20,6 @@ const SETTLED: f64 = 1e-14;
 pub(super) const MOST_WORK: f64 = 2e9;
 /// Values of the kernel, or what takes as long, that corrections of a score take on average.
 pub(super) const CORRECTIONS: f64 = 2.0;
-const DEGREE: Error = Error::Internal("polynomials of this degree are not offered");
 
 /// v', the projection of F + T_K v on polynomials of degree p', and what walks need of its neighbour equation h = k,
 /// G = v' − T_K v'.
@@ -105,36 +102,34 @@ impl<'a, const D: usize> Image<'a, D> {
         coefficients: &'a [f64],
         rule: Rule,
     ) -> Result<Self, Error> {
-        let cube = values.cube::<D>(cut.per_axis, ANY)?;
+        let cube = values.cube::<D>(cut.per_axis)?;
         let integral = if rule.is_cut {
             Integral::Moments {
-                moments: KernelMoments::new(&cube, degree, rule.points)?,
+                moments: KernelMoments::new(&cube, degree, rule.points, KernelShape::Smooth)?,
                 coefficients,
                 product: cut.functions().is_product(),
             }
         } else {
-            let scores = CubeScores::<f64, D>::new(&cube, degree).ok_or(DEGREE)?;
-            let mut all = Vec::new();
-            for cell in 0..cube.cells() {
-                let share = 1.0 / cube.cells() as f64;
-                for_points(&cube, cell, rule.points, &mut |point, weight| {
-                    let v = scores.value(&Located { point, cell }, coefficients);
-                    all.push((point, weight * share * v));
-                    Ok(())
-                })?;
-            }
-            Integral::Points(all)
+            let scores = CubeScores::new(&cube, degree)?;
+            let points = CubeRule::new(&cube, 0, rule.points)?;
+            let share = 1.0 / points.cells() as f64;
+            let at = |cell: usize| {
+                let value = move |point| scores.value(&Located { point, cell }, coefficients);
+                let own = points.points(cell);
+                own.map(move |(point, weight)| (point, weight * share * value(point)))
+            };
+            Integral::Points((0..points.cells()).flat_map(at).collect())
         };
         Ok(Self { values, integral })
     }
 
-    /// (T_K v)(x).
-    fn at(&self, x: &[f64; D]) -> Result<f64, Error> {
+    /// (T_K v)(x); NaN without memory.
+    fn at(&self, x: &[f64; D]) -> f64 {
         let kernel = self.values.kernel();
         let (moments, coefficients, product) = match &self.integral {
             Integral::Points(all) => {
                 let all = all.iter().map(|(y, v)| kernel.kernel(x, y) * v);
-                return Ok(all.sum());
+                return all.sum();
             }
             Integral::Moments {
                 moments,
@@ -143,35 +138,13 @@ impl<'a, const D: usize> Image<'a, D> {
             } => (moments, coefficients, *product),
         };
         let mut integrals = vec![0.0; moments.unknowns()];
-        if product {
-            moments.fill_product(&kernel, x, &mut integrals)?;
+        let filled = if product {
+            moments.fill_product(&kernel, x, &mut integrals)
         } else {
-            moments.fill(&kernel, x, &mut integrals)?;
-        }
-        Ok(dot(&integrals, coefficients))
+            moments.fill(&kernel, x, &mut integrals)
+        };
+        filled.map_or(f64::NAN, |()| dot(&integrals, coefficients))
     }
-}
-
-/// Hands on all Gauss points of a cell, and weights whose sum is 1.
-fn for_points<const D: usize>(
-    cube: &ModelCube<'_, f64, D>,
-    cell: usize,
-    points: usize,
-    then: &mut dyn FnMut([f64; D], f64) -> Result<(), Error>,
-) -> Result<(), Error> {
-    let rule = gauss(points)?;
-    let (low, high) = cube.cell_box(cell);
-    for mut number in 0..rule.len().pow(D as u32) {
-        let (mut point, mut share) = (low, 1.0);
-        for (x, high) in point.iter_mut().zip(high) {
-            let (t, weight) = rule[number % rule.len()];
-            number /= rule.len();
-            *x += 0.5 * (1.0 + t) * (high - *x);
-            share *= 0.5 * weight;
-        }
-        then(point, share)?;
-    }
-    Ok(())
 }
 
 /// A rule by which T_K of these coefficients is exact to rounding: if there is one, without cuts.
@@ -190,7 +163,7 @@ fn settled<const D: usize>(
     };
     let all = |rule: Rule| -> Result<Vec<f64>, Error> {
         let image = Image::<D>::new(of, degree, coefficients, rule)?;
-        (0..PROBES).map(|i| image.at(&probe(i))).collect()
+        Ok((0..PROBES).map(|i| image.at(&probe(i))).collect())
     };
     let enough = SETTLED * largest(coefficients);
     let mut moved = f64::NAN;
@@ -231,17 +204,13 @@ fn projected<const D: usize>(
     cube: &ModelCube<'_, f64, D>,
     degree: usize,
     points: usize,
-    value: &(dyn Fn(&[f64; D]) -> Result<f64, Error> + Sync),
+    value: &(dyn Fn(&[f64; D]) -> f64 + Sync),
 ) -> Result<Vec<f64>, Error> {
-    let width = functions(D, degree);
-    let scores = CubeScores::<f64, D>::new(cube, degree).ok_or(DEGREE)?;
-    let mut all = vec![0.0; cube.cells() * width];
-    fill_rows(&mut all, width, |cell, out| {
-        for_points(cube, cell, points, &mut |point, weight| {
-            let score = weight * value(&point)?;
-            scores.add_own(&Located { point, cell }, score, out);
-            Ok(())
-        })
+    let rule = CubeRule::new(cube, degree, points)?;
+    let mut all = vec![0.0; rule.unknowns()];
+    fill_rows(&mut all, rule.functions(), |cell, out| {
+        rule.add_means(&|x: &[f64; D]| value(x), cell, out);
+        Ok::<(), Error>(())
     })?;
     Ok(all)
 }
@@ -255,7 +224,7 @@ impl Lifted {
         degree: usize,
     ) -> Result<Self, Error> {
         let of = (cut, values);
-        let cube = values.cube::<D>(cut.per_axis, ANY)?;
+        let cube = values.cube::<D>(cut.per_axis)?;
         let rule = settled::<D>(of, cut.degree, &solution.v)?;
         let places = |points: usize| places(cut, points);
         let work =
@@ -269,15 +238,15 @@ impl Lifted {
             });
         }
         let image = Image::<D>::new(of, cut.degree, &solution.v, rule)?;
+        let source = values.function(Which::Source);
         let v = projected(&cube, degree, degree + 2, &|x| {
-            Ok(cube.right_hand_side().value(x) + image.at(x)?)
+            source.value(x) + image.at(x)
         })?;
         let rule = settled::<D>(of, degree, &v)?;
         let image = Image::<D>::new(of, degree, &v, rule)?;
         let near = projected(&cube, HIGHEST, HIGHEST + 1, &|x| image.at(x))?;
         let mut source = vec![0.0; near.len()];
-        let scores = CubeScores::<f64, D>::new(&cube, HIGHEST).ok_or(DEGREE)?;
-        scores.embed(degree, &v, &mut source);
+        CubeScores::new(&cube, HIGHEST)?.embed(degree, &v, &mut source);
         for (source, near) in source.iter_mut().zip(near) {
             *source -= near;
         }
@@ -293,7 +262,7 @@ impl Lifted {
 
     /// The coefficients of v' of a lower degree: those of its projection.
     pub(super) fn lower<F: Real, const D: usize>(&self, degree: usize) -> Vec<F> {
-        let degrees: Vec<usize> = fredholm_cube::degrees(D, self.degree).collect();
+        let degrees: Vec<usize> = fredholm_cube::degrees::<D>(self.degree).collect();
         let all = self.v.iter().zip(degrees.iter().cycle());
         let low = all.filter(|(_, total)| **total <= degree);
         low.map(|(v, _)| F::from_f64(*v)).collect()
@@ -304,8 +273,8 @@ impl Lifted {
 pub(super) struct LiftedNeighbour<'a, F: Real, const D: usize> {
     lifted: &'a Lifted,
     cube: ModelCube<'a, F, D>,
-    own: CubeScores<F, D>,
-    highest: CubeScores<F, D>,
+    own: CubeScores<D>,
+    highest: CubeScores<D>,
     image: Image<'a, D>,
 }
 
@@ -317,11 +286,11 @@ impl<'a, F: Real, const D: usize> LiftedNeighbour<'a, F, D> {
         values: &'a Watched<'a, F>,
         exact: &'a Watched<'a, f64>,
     ) -> Result<Self, Error> {
-        let cube = values.cube::<D>(cut.per_axis, ANY)?;
+        let cube = values.cube::<D>(cut.per_axis)?;
         Ok(Self {
             lifted,
-            own: CubeScores::new(&cube, lifted.degree).ok_or(DEGREE)?,
-            highest: CubeScores::new(&cube, HIGHEST).ok_or(DEGREE)?,
+            own: CubeScores::new(&cube, lifted.degree)?,
+            highest: CubeScores::new(&cube, HIGHEST)?,
             cube,
             image: Image::new((cut, exact), lifted.degree, &lifted.v, lifted.rule)?,
         })
@@ -337,25 +306,25 @@ impl<'a, F: Real, const D: usize> LiftedNeighbour<'a, F, D> {
 
     /// G minus the polynomial near it; NaN without memory.
     fn difference(&self, x: &Located<[F; D]>, near: f64) -> f64 {
-        let point = x.point.map(Real::to_f64);
-        let image = self.image.at(&point).unwrap_or(f64::NAN);
-        (self.v(x) - image) - near
+        (self.v(x) - self.image.at(&x.point.map(Real::to_f64))) - near
     }
 }
 
-impl<F: Real, const D: usize> StateSpace for LiftedNeighbour<'_, F, D> {
+impl<F: Real, const D: usize> Space for LiftedNeighbour<'_, F, D> {
     type Scalar = F;
     type Point = [F; D];
 }
 
 impl<F: Real, const D: usize> Neighbour for LiftedNeighbour<'_, F, D> {
+    type Value = F;
+
     fn locate(&self, point: [F; D]) -> Located<[F; D]> {
         let cell = self.cube.locate(&point);
         Located { point, cell }
     }
 
-    fn kernel(&self, _: &Located<[F; D]>, _: &Located<[F; D]>, k: F) -> F {
-        k
+    fn kernel(&self, _: &Located<[F; D]>, _: &Located<[F; D]>, k: &F) -> F {
+        *k
     }
 
     fn source(&self, x: &Located<[F; D]>, draws: &mut dyn Uniforms<F>) -> F {

@@ -1,10 +1,9 @@
 //! Composite Gauss–Nyström, to compare with.
 
-use fredholm_core::Source as _;
-use fredholm_core::galerkin::{Convergence, Dense, Partition, StoppingRule, gauss_seidel};
-use fredholm_cube::{KernelFn as _, Rule, empty_table};
+use fredholm_core::galerkin::{Convergence, Dense, StoppingRule, buffer, gauss_seidel};
+use fredholm_cube::{CubeRule, KernelFn as _, ScalarField as _};
 
-use super::functions::{CubeFunctions, with_values};
+use super::functions::{CubeFunctions, Which, with_values};
 use super::table::fill;
 use super::{SWEEPS, TOLERANCE};
 use fredholm_model::Deterministic;
@@ -29,21 +28,20 @@ pub(super) fn solutions<const D: usize>(
             if nodes > MOST {
                 break;
             }
-            let cube = values.cube::<D>(cells, 0.5)?;
-            let rule = Rule::new(points)?;
-            let at: Vec<([f64; D], f64)> = (0..cube.cells())
-                .flat_map(|cell| cube.points(rule, cell))
-                .map(|(x, weight)| (x, weight / cube.cells() as f64))
+            let rule = CubeRule::new(&values.cube::<D>(cells)?, 0, points)?;
+            let at: Vec<([f64; D], f64)> = (0..rule.cells())
+                .flat_map(|cell| rule.points(cell))
+                .map(|(x, weight)| (x, weight / rule.cells() as f64))
                 .collect();
-            let kernel = values.kernel();
-            let mut entries = empty_table(nodes)?;
+            let (kernel, source) = (values.kernel(), values.function(Which::Source));
+            let mut entries = buffer(nodes * nodes)?;
             fill(&mut entries, nodes, &|i, row| {
                 for (out, (y, weight)) in row.iter_mut().zip(&at) {
                     *out = weight * kernel.kernel(&at[i].0, y);
                 }
                 Ok(())
             })?;
-            let source: Vec<f64> = at.iter().map(|(x, _)| cube.source(x)).collect();
+            let source: Vec<f64> = at.iter().map(|(x, _)| source.value(x)).collect();
             values.check()?;
             let dense = Dense::new(&entries, nodes, 1);
             let dense = dense.ok_or(Error::Internal("a table has a wrong size"))?;

@@ -2,73 +2,64 @@
 
 use std::borrow::Cow;
 
-use fredholm_cube::{CellFunctions, CubeSetup, empty_table};
+use fredholm_core::galerkin::{Solution, buffer};
+use fredholm_cube::ProductTables;
 use fredholm_model::{Error, Partitioned as _, SavedSystem, System};
 
 use super::degree::AnyDegree;
-use super::functions::{Watched, with_values};
+use super::functions::{Watched, Which, with_values};
 use super::system::{CubeSystem, Solved};
 use super::table::{Table, fill};
 use super::{CubePartition, SWEEPS, TOLERANCE, integral};
-
-/// A q0 for what does not depend on it.
-pub(super) const ANY: f64 = 0.5;
 
 impl<'m> CubePartition<'m> {
     /// The coefficients and the Galerkin solution, on all threads.
     pub(super) fn solve_in<const D: usize>(
         &self,
         degree: &'static dyn AnyDegree<D>,
-        absorption: f64,
     ) -> Result<Box<dyn System + 'm>, Error> {
         let solved = with_values::<f64, _>(self.functions(), |values| {
             if self.functions().has_integral() {
                 integral::check(self.functions(), values)?;
             }
-            self.solved(values, degree.functions(), absorption)
+            self.solved(values)
         })?;
-        Ok(Box::new(CubeSystem::<'m, D> {
+        Ok(self.system(degree, solved))
+    }
+
+    fn system<const D: usize>(
+        &self,
+        degree: &'static dyn AnyDegree<D>,
+        solved: Solved<'m, D>,
+    ) -> Box<dyn System + 'm> {
+        Box::new(CubeSystem::<'m, D> {
             cut: *self,
             solved,
             degree,
             lifted: None,
-        }))
+        })
     }
 
-    fn solved<const D: usize>(
-        &self,
-        values: &Watched<'_, f64>,
-        functions: CellFunctions<D>,
-        absorption: f64,
-    ) -> Result<Solved<'m, D>, Error> {
-        let rule = self.rule()?;
-        let cube = values.cube::<D>(self.per_axis, absorption)?;
-        let setup = CubeSetup::new(&cube, functions);
-        let kernel = values.kernel();
-        if let Some(stages) = self.model.stages {
-            let source = setup.source_means(rule)?;
-            return self.staged(values, (&source, stages), absorption);
-        }
-        let table = if self.functions().is_product() {
-            Table::Product(setup.product_tables(&kernel, rule)?)
+    fn solved<const D: usize>(&self, values: &Watched<'_, f64>) -> Result<Solved<'m, D>, Error> {
+        let (rule, kernel) = (self.rule::<D>(values)?, values.kernel());
+        let entries = if self.functions().is_product() {
+            rule.product_tables(&kernel)?.entries().to_vec()
         } else {
-            let unknowns = setup.unknowns();
-            let mut entries = empty_table(unknowns)?;
+            let unknowns = rule.unknowns();
+            let mut entries = buffer(unknowns.saturating_mul(unknowns))?;
             let rows = |i, rows: &mut [f64]| {
                 if self.has_integrals() {
                     self.fill_by_integral(&kernel, i, rows);
                     return Ok(());
                 }
-                CubeSetup::new(&cube, functions).fill_row(rule, i, rows)
+                rule.fill_row(&kernel, i, rows)
             };
-            fill(&mut entries, unknowns * functions.count(), &rows)?;
-            Table::Dense {
-                entries: entries.into(),
-                cells: setup.cells(),
-                functions: functions.count(),
-            }
+            fill(&mut entries, unknowns * rule.functions(), &rows)?;
+            entries
         };
-        let solution = setup.solve(&table, rule, TOLERANCE, SWEEPS)?;
+        let table = self.table_of::<D>(entries.into())?;
+        let source = rule.means(&values.function(Which::Source))?;
+        let solution = Solution::new(&table, source, TOLERANCE, SWEEPS)?;
         Ok(Solved { table, solution })
     }
 
@@ -79,15 +70,8 @@ impl<'m> CubePartition<'m> {
         saved: SavedSystem<'m>,
     ) -> Result<Box<dyn System + 'm>, Error> {
         let solution = saved.fitting(self.unknowns(), self.coefficients(), Some(0))?;
-        let table = with_values::<f64, _>(self.functions(), |values| {
-            self.table_of(values, degree.functions(), saved.coefficients)
-        })?;
-        Ok(Box::new(CubeSystem::<'m, D> {
-            cut: *self,
-            solved: Solved { table, solution },
-            degree,
-            lifted: None,
-        }))
+        let table = self.table_of(saved.coefficients)?;
+        Ok(self.system(degree, Solved { table, solution }))
     }
 
     /// The number of coefficients that a table has, if it can be had.
@@ -99,22 +83,15 @@ impl<'m> CubePartition<'m> {
         width.checked_mul(width)?.checked_mul(self.model.dimension)
     }
 
-    fn table_of<'a, const D: usize>(
-        &self,
-        values: &Watched<'_, f64>,
-        functions: CellFunctions<D>,
-        entries: Cow<'a, [f64]>,
-    ) -> Result<Table<'a, D>, Error> {
-        let cube = values.cube::<D>(self.per_axis, ANY)?;
-        let setup = CubeSetup::new(&cube, functions);
-        if self.functions().is_product() {
-            let tables = setup.product_tables_of(entries.into_owned())?;
-            return Ok(Table::Product(tables));
-        }
-        Ok(Table::Dense {
-            entries,
-            cells: setup.cells(),
-            functions: functions.count(),
+    fn table_of<'a, const D: usize>(&self, entries: Cow<'a, [f64]>) -> Result<Table<'a, D>, Error> {
+        Ok(if self.functions().is_product() {
+            Table::Product(ProductTables::new(self.per_axis, self.degree, entries)?)
+        } else {
+            Table::Dense {
+                entries,
+                cells: self.all_cells(),
+                functions: self.functions_on_cell(),
+            }
         })
     }
 }

@@ -30,7 +30,7 @@ macro_rules! of_functions {
     ($d:literal, $degree:expr, [$($p:literal)*], $functions:ident => $then:expr) => {
         match $degree {
             $($p => {
-                const $functions: usize = fredholm_cube::functions($d, $p);
+                const $functions: usize = fredholm_core::galerkin::functions($d, $p);
                 $then
             })*
             _ => {

@@ -1,13 +1,11 @@
 //! Kernels of one axis that are singular at x = y.
 
-use fredholm_core::galerkin::Dense;
-use fredholm_cube::{
-    KernelFactors, KernelFn, KernelIntegral, KernelMoments, absolute_radius, empty_table,
-};
+use fredholm_core::galerkin::buffer;
+use fredholm_cube::{KernelFactors, KernelFn, KernelIntegral, KernelMoments, KernelShape};
 
 use super::functions::{WatchedKernel, with_values};
-use super::setup::ANY;
-use super::whole::LOOK_POINTS;
+use super::global::LOOK_POINTS;
+use super::radius::of_matrix;
 use super::{CubeModel, CubePartition};
 use fredholm_model::pairs::Band;
 use fredholm_model::{Error, Pairs};
@@ -68,12 +66,12 @@ pub(super) fn exponent(kernel: &AxisKernel<'_>) -> f64 {
 /// The spectral radius of T_K² for a kernel with this exponent, which is infinite from ½ on.
 ///
 /// # Errors
-/// [`Error::Cube`].
+/// [`Error::Galerkin`]: memory.
 pub(super) fn squared_radius(kernel: &AxisKernel<'_>, exponent: f64) -> Result<f64, Error> {
     if exponent >= 0.5 {
         return Ok(f64::INFINITY);
     }
-    let mut entries = empty_table(CELLS)?;
+    let mut entries: Vec<f64> = buffer(CELLS * CELLS)?;
     let width = 1.0 / CELLS as f64;
     for (i, row) in entries.chunks_exact_mut(CELLS).enumerate() {
         let x = (i as f64 + 0.5) * width;
@@ -83,9 +81,7 @@ pub(super) fn squared_radius(kernel: &AxisKernel<'_>, exponent: f64) -> Result<f
             *entry = integral(square, 2.0 * exponent, x, [low, low + width]);
         }
     }
-    let dense = Dense::new(&entries, CELLS, 1);
-    let dense = dense.ok_or(Error::Internal("a table has a wrong size"))?;
-    Ok(absolute_radius(&dense)?)
+    Ok(of_matrix(CELLS, &entries))
 }
 
 /// ∫ f(y) dy of a function like |x − y|^−a with this a. With |y − x| = r t^s the integrand is smooth in t, if
@@ -113,11 +109,6 @@ pub(super) fn integral(
 }
 
 impl CubeModel {
-    /// Whether the kernel may be singular at x = y: one whose integral is given may.
-    pub(super) fn is_singular(&self) -> bool {
-        self.functions.has_integral() || self.exponent() > 0.0
-    }
-
     /// The exponent a of a kernel like |x − y|^−a in one dimension, or of the factors of a product, the largest of them;
     /// 0 without a singularity.
     pub(super) fn exponent(&self) -> f64 {
@@ -142,9 +133,16 @@ impl CubeModel {
             found.unwrap_or(0.0)
         })
     }
-}
 
-impl CubeModel {
+    /// What rules for T_K are made for.
+    pub(super) fn shape(&self) -> KernelShape {
+        match self.exponent() {
+            exponent if exponent > 0.0 => KernelShape::Singular { exponent },
+            _ if self.is_rough() => KernelShape::Rough,
+            _ => KernelShape::Smooth,
+        }
+    }
+
     /// Whether a kernel of one dimension has jumps or kinks but at x = y, seen from some x.
     pub(super) fn is_rough(&self) -> bool {
         *self.is_rough.get_or_init(|| {
@@ -152,8 +150,8 @@ impl CubeModel {
                 return false;
             }
             let found = with_values::<f64, _>(&*self.functions, |values| {
-                let cube = values.cube::<1>(ROUGH_CELLS, ANY)?;
-                let moments = KernelMoments::new(&cube, 0, LOOK_POINTS)?;
+                let cube = values.cube::<1>(ROUGH_CELLS)?;
+                let moments = KernelMoments::new(&cube, 0, LOOK_POINTS, KernelShape::Rough)?;
                 let kernel = values.kernel();
                 Ok(PLACES.iter().any(|&x| moments.is_rough(&kernel, &[x])))
             });
@@ -173,7 +171,8 @@ impl CubePartition<'_> {
     /// constants in one dimension, whose kernel has an integral or a singularity.
     pub(super) fn has_integrals(&self) -> bool {
         let is_one = self.model.dimension == 1 && self.degree == 0;
-        is_one && !self.functions().is_product() && self.model.is_singular()
+        let may_be_singular = self.functions().has_integral() || self.model.exponent() > 0.0;
+        is_one && !self.functions().is_product() && may_be_singular
     }
 
     /// K'_ij = n ∫_Xi ∫_Xj K(x, y) dy dx: the inner integral is exact if it is given, the outer one by Gauss points.

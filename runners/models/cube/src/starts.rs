@@ -1,12 +1,13 @@
 //! Where the walks of goals start, and what v gives there.
 
-use fredholm_core::{At, Functional, Located, Real, StateSpace, Uniforms};
-use fredholm_cube::{Mean, ScalarField, Weighted};
+use fredholm_core::array::from_fn;
+use fredholm_core::{Equation, Functional, Goal, Located, Real, Start, StartOf, Uniforms};
+use fredholm_cube::{ScalarField, Weighted};
 use fredholm_model::{Error, Region, Request, WithStarts};
-use fredholm_variance::{Density, Start as Begin};
+use fredholm_variance::Density;
 
 use super::domain::Domain;
-use super::functions::{ModelCube, WatchedFunction};
+use super::functions::WatchedFunction;
 use super::system::Boxed;
 
 /// A weighted mean with a neighbour equation of any degree.
@@ -30,8 +31,7 @@ impl<F: Real, const D: usize> WeightedStart<'_, F, D> {
 }
 
 /// The goals of walks, and (v, Φ) of each.
-pub(super) type GoalsOf<'a, F, const D: usize> =
-    (Vec<fredholm_core::Goal<Start<'a, F, D>>>, Vec<f64>);
+pub(super) type GoalsOf<'a, F, const D: usize> = (Vec<Goal<Begin<'a, F, D>, f64>>, Vec<f64>);
 
 /// The goals of walks that follow this neighbour equation.
 pub(super) fn goals_of<'a, F: Real, const D: usize>(
@@ -48,57 +48,53 @@ pub(super) fn goals_of<'a, F: Real, const D: usize>(
             Region::Point(x) => {
                 let x = domain.unit(x);
                 let value = neighbour.value(&neighbour.locate(x)).to_f64();
-                (Start::Point(At(x)), value)
+                (Begin::Point(x), value)
             }
             Region::Weight(_) | Region::Function(_) => {
                 let weighted = weighted.next();
                 let weighted = weighted.ok_or(Error::Internal("a weight has no means"))?;
-                (Start::Weighted(weighted), weighted.of_means())
+                (Begin::Weighted(weighted), weighted.of_means())
             }
-            _ => (Start::Mean, mean),
+            _ => (Begin::Mean, mean),
         };
         values.push(galerkin);
-        goals.push(fredholm_core::Goal {
-            control_mean: match &functional {
-                Start::Weighted(_) => None,
-                _ => Some(galerkin),
-            },
-            functional,
-        });
+        let is_known = !matches!(functional, Begin::Weighted(_));
+        goals.push(Goal::new(functional, is_known.then_some(galerkin)));
     }
     Ok((goals, values))
 }
 
 /// Where the walks of a goal start.
-pub(super) enum Start<'a, F, const D: usize> {
-    Point(At<[F; D]>),
+pub(super) enum Begin<'a, F, const D: usize> {
+    Point([F; D]),
     Mean,
     Weighted(&'a WeightedStart<'a, F, D>),
 }
 
-impl<E, F, const D: usize> Functional<E> for Start<'_, F, D>
+impl<E, F, const D: usize> Functional<E> for Begin<'_, F, D>
 where
-    E: StateSpace<Scalar = F, Point = [F; D]>,
+    E: Equation<Scalar = F, Point = [F; D], Value = F>,
     F: Real,
 {
     // Always: a call here would keep the walk's generator in memory, whose steps then wait for it.
     #[inline(always)]
-    fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> ([F; D], F) {
-        if let Self::Point(At(x)) = self {
-            return (*x, F::one());
+    fn start<U: Uniforms<F>>(&self, equation: &E, uniforms: &mut U) -> StartOf<E> {
+        if let Self::Point(x) = self {
+            return Start::of(equation, *x, F::one());
         }
-        let (x, phi) = Functional::<ModelCube<'_, F, D>>::start(&Mean, uniforms);
-        match self {
-            Self::Weighted(weighted) => (x, weighted.weight.value(&x)),
-            _ => (x, phi),
-        }
+        let x = from_fn(|_| uniforms.uniform());
+        let phi = match self {
+            Self::Weighted(weighted) => weighted.weight.value(&x),
+            _ => F::one(),
+        };
+        Start::of(equation, x, phi)
     }
 
-    fn control_estimate(&self, x0: &Located<[F; D]>, phi: F, v: F) -> f64 {
+    fn control_estimate(&self, x0: &Located<[F; D]>, phi: F, v: &F) -> f64 {
         match self {
-            Self::Weighted(weighted) => weighted.control(x0, phi, v),
+            Self::Weighted(weighted) => weighted.control(x0, phi, *v),
             // These are known.
-            Self::Point(_) | Self::Mean => (phi * v).to_f64(),
+            Self::Point(_) | Self::Mean => (phi * *v).to_f64(),
         }
     }
 }
@@ -130,15 +126,15 @@ pub(super) fn with_starts<const D: usize>(
         })
         .collect();
     let mut densities = densities.iter();
-    let mut starts: Vec<Begin<'_, [f64; D]>> = Vec::new();
+    let mut starts: Vec<fredholm_variance::Start<'_, [f64; D]>> = Vec::new();
     for goal in request.goals {
         starts.push(match &goal.region {
-            Region::Point(x) => Begin::At(domain.unit(x)),
+            Region::Point(x) => fredholm_variance::Start::At(domain.unit(x)),
             Region::Weight(_) | Region::Function(_) => match densities.next() {
-                Some(density) => Begin::Density(density),
+                Some(density) => fredholm_variance::Start::Density(density),
                 None => return Err(Error::Internal("a weight has no means")),
             },
-            _ => Begin::Density(&mean),
+            _ => fredholm_variance::Start::Density(&mean),
         });
     }
     then(&starts)

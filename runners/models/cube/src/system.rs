@@ -1,26 +1,25 @@
 //! A solved cube: walks and predictions of one dimension, whatever the degree.
 
-use fredholm_core::galerkin::{GalerkinMatrix, PairKind, Solution};
-use fredholm_core::{Form, Goals, Neighbour, Real, Sobol, UncertainControl};
-use fredholm_cube::{CubeQuadrature, CubeSetup, Mean, Weighted};
+use fredholm_core::galerkin::{AllPointwise, DiagonalRule, GalerkinMatrix, PairKind, Solution};
+use fredholm_core::{Absorption, Form, Goals, Neighbour, Real, Sobol};
+use fredholm_cube::{CubeRule, CubeScores, Mean, Weighted};
 use fredholm_embedded::{Number, TableBuilder};
-use fredholm_variance::{MeanCoefficients, PairCosts, VarianceSetup};
+use fredholm_variance::{MeanCoefficients, VarianceSetup};
 
 use super::compiled::{Follow, MakeGoals, Parts};
 use super::degree::{AnyDegree, Of};
 use super::functions::{CubeScalar, Watched, WeightOf, Which, with_values};
+use super::global::CubeGlobal;
 use super::lift::{Lifted, LiftedNeighbour};
 use super::regions::place_of;
-use super::setup::ANY;
 use super::starts::{WeightedStart, goals_of, with_starts};
 use super::table::Table;
-use super::whole::CubeWhole;
 use super::{CubeModel, CubePartition, export};
 use fredholm_model::Examined;
 use fredholm_model::cost::PointwisePairs;
-use fredholm_model::pairs::{self, AnyPairs, Band, PairCounts};
+use fredholm_model::pairs::{AnyPairs, Band};
 use fredholm_model::{
-    Error, Pairs, Partitioned, SavedSystem, Sequence, Subject, System, WholeSystem, in_scalar,
+    Error, GlobalSystem, Pairs, Partitioned, SavedSystem, Sequence, System, in_scalar,
 };
 use fredholm_model::{Prepared, Request, Then, WalkOptions, WithJob};
 
@@ -43,173 +42,82 @@ pub(super) struct Solved<'a, const D: usize> {
 
 /// A neighbour equation of any kind and degree: one type of walk for all.
 pub(super) type Boxed<'a, F, const D: usize> =
-    dyn Neighbour<Scalar = F, Point = [F; D]> + Sync + 'a;
+    dyn Neighbour<Scalar = F, Point = [F; D], Value = F> + Sync + 'a;
 
 /// What is done with a neighbour equation.
 pub(super) type Use<'a, F, const D: usize> = dyn FnMut(&Boxed<'_, F, D>) -> Result<(), Error> + 'a;
 
 /// The pairs of a neighbour equation.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(super) enum Kinds {
     /// All in S, or the diagonal of another kind.
-    Diagonal(fredholm_core::galerkin::DiagonalRule),
+    Diagonal(DiagonalRule),
     /// Pairs near the diagonal are pointwise.
     Band(Band),
     /// All pointwise.
     AllPointwise,
-    /// Each by itself.
-    Table(Vec<u8>),
 }
 
 impl Kinds {
     /// The pairs in one type.
-    pub(super) fn any(&self, cells: usize) -> Result<AnyPairs<'_>, Error> {
-        Ok(match self {
+    pub(super) const fn any(self) -> AnyPairs<'static> {
+        match self {
             Self::AllPointwise => AnyPairs::AllPointwise,
-            Self::Diagonal(pairs) => AnyPairs::Diagonal(*pairs),
-            Self::Band(band) => AnyPairs::Band(*band),
-            Self::Table(table) => {
-                AnyPairs::Table(fredholm_core::galerkin::PairTable::new(table, cells)?)
-            }
-        })
+            Self::Diagonal(pairs) => AnyPairs::Diagonal(pairs),
+            Self::Band(band) => AnyPairs::Band(band),
+        }
     }
 }
 
-/// The weights that are asked for.
-fn weights<'a>(request: &Request<'a>) -> impl Iterator<Item = WeightOf<'a>> {
-    let goals = request.goals.iter();
-    goals.filter_map(|goal| WeightOf::region(&goal.region))
-}
+/// A weight that is asked for, and numbers near the means over the cells of it times the functions there.
+type WeightMeans<'a, F> = (WeightOf<'a>, Vec<F>);
 
 impl<const D: usize> CubeSystem<'_, D> {
-    /// The spectral radius of T_h²p if it is looked at, which must be below 1.
-    pub(super) fn check_neighbour(
-        &self,
-        pairs: Pairs,
-        absorption: f64,
-    ) -> Result<Option<f64>, Error> {
+    /// The spectral radius of T_h²p if it is looked at, which must be below 1: the residual form asks for none.
+    pub(super) fn check_neighbour(&self, walk: &WalkOptions) -> Result<Option<f64>, Error> {
+        let is_residual = walk.form == Form::Residual || self.lifted.is_some();
         // With all pairs pointwise h is k, which has been looked at.
-        if self.cut.diagonal_rule(pairs).is_none() {
+        if walk.allow_infinite_variance
+            || is_residual
+            || self.cut.diagonal_rule(walk.pairs).is_none()
+        {
             return Ok(None);
         }
-        let radius = match &self.solved.table {
-            table @ Table::Dense { .. } => with_values::<f64, _>(self.cut.functions(), |values| {
-                let cube = values.cube::<D>(self.cut.per_axis, absorption)?;
-                let setup = CubeSetup::new(&cube, self.degree.functions());
-                Ok(setup.neighbour_second_moment_radius(table)?)
-            })?,
-            Table::Product(tables) => tables.neighbour_second_moment_radius(absorption)?,
-            // h is k at the middles of cells, which is what the estimate for k is made of.
-            Table::Middles(_) => self.cut.plain_radius(absorption)?,
-        };
-        if radius < 1.0 {
-            return Ok(Some(radius));
-        }
-        Err(Error::InfiniteNeighbour {
-            cells: self.cut.per_axis,
-            points: self.cut.points(),
-            radius,
-        })
+        self.check_second_moment(walk.absorption).map(Some)
+    }
+
+    fn check_second_moment(&self, absorption: Absorption) -> Result<f64, Error> {
+        self.cut.check_second_moment(&self.solved.table, absorption)
     }
 
     /// The kinds of pairs that are asked for.
-    pub(super) fn kinds(&self, request: &Request<'_>) -> Result<Kinds, Error> {
-        Ok(match request.walk.pairs {
-            Pairs::Theory => Kinds::Table(self.theory(request)?),
-            pairs => match (self.cut.band(pairs), self.cut.diagonal_rule(pairs)) {
-                (Some(band), _) => Kinds::Band(band),
-                (None, Some(pairs)) => Kinds::Diagonal(pairs),
-                (None, None) => Kinds::AllPointwise,
-            },
-        })
+    pub(super) fn kinds(&self, pairs: Pairs) -> Kinds {
+        match (self.cut.band(pairs), self.cut.diagonal_rule(pairs)) {
+            (Some(band), _) => Kinds::Band(band),
+            (None, Some(pairs)) => Kinds::Diagonal(pairs),
+            (None, None) => Kinds::AllPointwise,
+        }
     }
 
-    /// The kinds of all pairs, for what is asked for.
-    fn theory(&self, request: &Request<'_>) -> Result<Vec<u8>, Error> {
-        let cells = self.cut.all_cells();
-        let nodes = pairs::nodes(cells, 2_usize.saturating_pow(D as u32))?;
-        with_values::<f64, _>(self.cut.functions(), |values| {
-            let absorption = request.walk.absorption;
-            let cube = values.cube::<D>(self.cut.per_axis, absorption)?;
-            let v = self.solved.solution.rounded::<f64>()?;
-            let means = self.weight_means::<f64>(request)?;
-            let weighted = self.weighted::<f64>(values, &means, &v)?;
-            let quadrature = CubeQuadrature::new(&cube, nodes, 0)?;
-            let terms = PairCosts {
-                cells,
-                allowed: &|_, _| quadrature.allowed_kinds(true),
-            };
-            let default = fredholm_core::galerkin::DiagonalRule {
-                diagonal: PairKind::Pointwise,
-            };
-            let in_s = Kinds::Diagonal(fredholm_core::galerkin::DiagonalRule {
-                diagonal: PairKind::Galerkin,
-            });
-            let of = Of {
-                cut: &self.cut,
-                values,
-                absorption,
-                table: &self.solved.table,
-                solution: &self.solved.solution,
-                moments: None,
-                v: &v,
-            };
-            let with = |kinds: &Kinds, then: &mut Use<'_, f64, D>| {
-                f64::degree(self.degree).with_neighbour(&of, kinds, then)
-            };
-            let mut chosen = None;
-            with(&in_s, &mut |galerkin| {
-                with_starts(
-                    request,
-                    values.domain(),
-                    galerkin,
-                    &weighted,
-                    &mut |starts| {
-                        let table = pairs::table_of(&default, cells);
-                        let found = pairs::choose(table, |table, last| {
-                            let kinds = Kinds::Table(table.to_vec());
-                            let mut evaluated = None;
-                            with(&kinds, &mut |neighbour| {
-                                let setting = VarianceSetup {
-                                    equation: &cube,
-                                    neighbour,
-                                    pairs: kinds.any(cells)?,
-                                    quadrature: &quadrature,
-                                    galerkin: Some(galerkin),
-                                };
-                                let model = setting.with_starts(starts)?;
-                                let scores = (request.walk.estimator, request.walk.form);
-                                let goals = starts.len();
-                                evaluated =
-                                    Some(pairs::evaluate(&model, scores, goals, &terms, last)?);
-                                Ok(())
-                            })?;
-                            evaluated.ok_or(Error::Internal("no pairs were looked at"))
-                        })?;
-                        chosen = Some(found);
-                        Ok(())
-                    },
-                )
-            })?;
-            chosen.ok_or(Error::Internal("no pairs were chosen"))
-        })
-    }
-
-    /// Numbers near the means over the cells of every weight times the functions there.
-    pub(super) fn weight_means<'r, F: Real>(
+    /// The weights that are asked for, with numbers near their means.
+    fn weight_means<'r, F: Real>(
         &self,
         request: &Request<'r>,
-    ) -> Result<Vec<(WeightOf<'r>, Vec<F>)>, Error> {
+    ) -> Result<Vec<WeightMeans<'r, F>>, Error> {
+        let goals = request.goals.iter();
+        let weights: Vec<_> = goals
+            .filter_map(|goal| WeightOf::region(&goal.region))
+            .collect();
+        if weights.is_empty() {
+            return Ok(Vec::new());
+        }
         with_values::<f64, _>(self.cut.functions(), |values| {
-            weights(request)
-                .map(|weight| {
-                    let cube = values.cube::<D>(self.cut.per_axis, ANY)?;
-                    let setup = CubeSetup::new(&cube, self.degree.functions());
-                    let weight_fn = values.function(Which::Weight(weight));
-                    let means = setup.means(&weight_fn, self.cut.rule()?)?;
-                    Ok((weight, fredholm_core::galerkin::rounded(&means)?))
-                })
-                .collect()
+            let rule: CubeRule<D> = self.cut.rule(values)?;
+            let of = |weight| {
+                let means = rule.means(&values.function(Which::Weight(weight)))?;
+                Ok((weight, fredholm_core::galerkin::rounded(&means)?))
+            };
+            weights.into_iter().map(of).collect()
         })
     }
 
@@ -217,20 +125,50 @@ impl<const D: usize> CubeSystem<'_, D> {
     fn weighted<'a, F: CubeScalar>(
         &self,
         values: &'a Watched<'a, F>,
-        means: &'a [(WeightOf<'a>, Vec<F>)],
+        means: &'a [WeightMeans<'a, F>],
         v: &[F],
     ) -> Result<Vec<WeightedStart<'a, F, D>>, Error> {
-        let cube = values.cube::<D>(self.cut.per_axis, ANY)?;
-        let functions = self.degree.functions();
-        let of = |(weight, means): &'a (WeightOf<'a>, Vec<F>)| {
+        let cube = values.cube::<D>(self.cut.per_axis)?;
+        let scores = CubeScores::new(&cube, self.cut.degree)?;
+        let of = |(weight, means): &'a WeightMeans<'a, F>| {
             let weight = values.function(Which::Weight(*weight));
-            let weighted = Weighted::with_functions(&cube, functions, weight, means, v)?;
             Ok(WeightedStart {
                 weight,
-                weighted: Some(weighted),
+                weighted: Some(Weighted::new(weight, scores, means, v)?),
             })
         };
         means.iter().map(of).collect()
+    }
+
+    /// v, or the part of a lifted one that means ask for.
+    fn v<F: Real>(&self) -> Result<Vec<F>, Error> {
+        match &self.lifted {
+            Some(lifted) => Ok(lifted.lower::<F, D>(self.cut.degree)),
+            None => Ok(self.solved.solution.rounded::<F>()?),
+        }
+    }
+
+    /// Hands out the neighbour equation with these pairs, or that of the lift.
+    pub(super) fn with_neighbour<F: CubeScalar>(
+        &self,
+        values: &Watched<'_, F>,
+        pairs: Pairs,
+        v: &[F],
+        then: &mut Use<'_, F, D>,
+    ) -> Result<(), Error> {
+        if let Some(lifted) = &self.lifted {
+            return with_values::<f64, _>(self.cut.functions(), |exact| {
+                then(&LiftedNeighbour::new(&self.cut, lifted, values, exact)?)
+            });
+        }
+        let of = Of {
+            cut: &self.cut,
+            values,
+            table: &self.solved.table,
+            solution: &self.solved.solution,
+            v,
+        };
+        F::degree(self.degree).with_neighbour(&of, &self.kinds(pairs), then)
     }
 
     fn job_in<F: CubeScalar>(
@@ -238,98 +176,55 @@ impl<const D: usize> CubeSystem<'_, D> {
         request: &Request<'_>,
         then: &mut Then<'_>,
     ) -> Result<(), Error> {
-        let walk = request.walk;
-        let is_residual = walk.form == Form::Residual || self.lifted.is_some();
-        let neighbour_second_moment_radius = if walk.allow_infinite_variance || is_residual {
-            None
-        } else {
-            self.check_neighbour(walk.pairs, walk.absorption)?
-        };
-        let kinds = self.kinds(request)?;
+        let (walk, solution) = (request.walk, &self.solved.solution);
+        let neighbour_second_moment_radius = self.check_neighbour(walk)?;
         let means = self.weight_means::<F>(request)?;
         let pointwise = match &self.lifted {
             Some(_) => PointwisePairs::default(),
             None => self.cut.pointwise_pairs(walk.pairs)?,
         };
-        let moments = self.moments(request)?;
-        let errors = self.control_errors(moments.as_ref(), request)?;
-        let (moments, solution) = self.own(moments.as_ref());
+        let v = self.v::<F>()?;
         with_values::<F, _>(self.cut.functions(), |values| {
-            let v = match &self.lifted {
-                // What means ask for.
-                Some(lifted) => lifted.lower::<F, D>(self.cut.degree),
-                None => solution.rounded::<F>()?,
-            };
             let weighted = self.weighted::<F>(values, &means, &v)?;
-            let degree = F::degree(self.degree);
-            let mean = Mean::of_functions(&v, self.degree.functions().count());
-            let of = Of {
-                cut: &self.cut,
-                values,
-                absorption: walk.absorption,
-                table: &self.solved.table,
-                solution,
-                moments,
-                v: &v,
-            };
+            let mean = Mean::of(&v, self.cut.functions_on_cell());
             let parts = Parts {
                 values,
                 per_axis: self.cut.per_axis,
-                absorption: walk.absorption,
                 options: walk.for_core(),
             };
             let goals = |neighbour: &Boxed<'_, F, D>| {
                 goals_of(values.domain(), neighbour, request, &weighted, mean)
             };
             let mut follow = |follow: Follow<'_, F, D>| {
-                with_job(
-                    (self.cut.model, walk.sequence),
-                    &parts,
-                    follow,
-                    &goals,
-                    &mut |job, galerkin| {
-                        then(&Prepared {
-                            job: &UncertainControl {
-                                job,
-                                errors: &errors,
-                            },
-                            galerkin,
-                            largest: fredholm_model::numbers::largest(&v),
-                            radius_bound: solution.radius_bound,
-                            convergence: solution.convergence,
-                            pointwise,
-                            neighbour_second_moment_radius,
-                            pair_counts: match &kinds {
-                                Kinds::Table(table) => Some(PairCounts::of(table)),
-                                _ => None,
-                            },
-                        })
-                    },
-                )
+                let of = (self.cut.model, walk.sequence);
+                with_job(of, &parts, follow, &goals, &mut |job, galerkin| {
+                    then(&Prepared {
+                        job,
+                        galerkin,
+                        largest: fredholm_model::numbers::largest(&v),
+                        radius_bound: solution.radius_bound,
+                        convergence: solution.convergence,
+                        pointwise,
+                        neighbour_second_moment_radius,
+                    })
+                })
             };
-            if let Some(lifted) = &self.lifted {
-                return with_values::<f64, _>(self.cut.functions(), |exact| {
-                    let neighbour = LiftedNeighbour::new(&self.cut, lifted, values, exact)?;
-                    follow(Follow::Any(&neighbour))
-                });
-            }
-            let constants = match &kinds {
-                Kinds::Diagonal(rule)
-                    if rule.diagonal == PairKind::Galerkin
-                        && moments.is_none()
-                        && walk.sequence == Sequence::Random =>
-                {
-                    F::compiled::<D>(self.cut.model)
-                        .and(self.solved.table.constants())
-                        .map(|dense| (dense, *rule))
-                }
+            let in_s = match self.kinds(walk.pairs) {
+                Kinds::Diagonal(rule) if rule.diagonal == PairKind::Galerkin => Some(rule),
                 _ => None,
             };
-            if let Some((dense, rule)) = constants {
-                let vectors = solution.for_walks(&dense, rule)?;
-                return follow(Follow::Constants(&dense, &vectors));
+            if let (Some(rule), None, Sequence::Random) = (in_s, &self.lifted, walk.sequence)
+                && F::compiled::<D>(self.cut.model).is_some()
+                && let Some(dense) = self.solved.table.constants()
+            {
+                return follow(Follow::Constants(
+                    &dense,
+                    &solution.for_walks(&dense, rule)?,
+                ));
             }
-            degree.with_neighbour(&of, &kinds, &mut |neighbour| follow(Follow::Any(neighbour)))
+            self.with_neighbour(values, walk.pairs, &v, &mut |neighbour| {
+                follow(Follow::Any(neighbour))
+            })
         })
     }
 
@@ -339,104 +234,64 @@ impl<const D: usize> CubeSystem<'_, D> {
         nodes: usize,
         then: &mut dyn FnMut(&Examined<'_>) -> Result<(), Error>,
     ) -> Result<(), Error> {
-        let cells = self.cut.all_cells();
-        let kinds = self.kinds(request)?;
+        let (cells, pairs) = (self.cut.all_cells(), request.walk.pairs);
         let means = self.weight_means::<f64>(request)?;
-        let moments = self.moments(request)?;
-        let (moments, solution) = self.own(moments.as_ref());
-        let lifted = self.lifted.as_ref();
+        let v = self.v::<f64>()?;
         with_values::<f64, _>(self.cut.functions(), |values| {
-            let absorption = request.walk.absorption;
-            let cube = values.cube::<D>(self.cut.per_axis, absorption)?;
-            let v = match lifted {
-                Some(lifted) => lifted.lower::<f64, D>(self.cut.degree),
-                None => solution.rounded::<f64>()?,
-            };
+            let cube = values.cube::<D>(self.cut.per_axis)?;
             let weighted = self.weighted::<f64>(values, &means, &v)?;
+            let lifted = self.lifted.as_ref();
             let degree = lifted.map_or(self.cut.degree, |lifted| lifted.degree);
-            let quadrature = CubeQuadrature::new(&cube, nodes, degree)?;
+            let quadrature = CubeRule::sites(&cube, degree, nodes)?;
             let table = &self.solved.table;
             // Of piecewise constants alone: there the first function of a cell is all of it.
-            let is_dense = matches!(table, Table::Dense { functions: 1, .. });
+            let is_constant = lifted.is_none() && table.constants().is_some();
             let mean = |i, j| table.mean(i, j);
-            let coefficients =
-                (is_dense && lifted.is_none()).then_some(MeanCoefficients { cells, mean: &mean });
-            let of = Of {
-                cut: &self.cut,
-                values,
-                absorption,
-                table: &self.solved.table,
-                solution,
-                moments,
-                v: &v,
+            let coefficients = MeanCoefficients { cells, mean: &mean };
+            let kinds = match lifted {
+                Some(_) => Kinds::AllPointwise,
+                None => self.kinds(pairs),
             };
-            let mut examine = |neighbour: &Boxed<'_, f64, D>, pairs: AnyPairs<'_>| {
-                with_starts(
-                    request,
-                    values.domain(),
-                    neighbour,
-                    &weighted,
-                    &mut |starts| {
-                        let setting = VarianceSetup {
-                            equation: &cube,
-                            neighbour,
-                            pairs,
-                            quadrature: &quadrature,
-                            galerkin: None,
-                        };
-                        then(&Examined {
-                            model: &setting.with_starts(starts)?,
-                            coefficients,
-                            hides: None,
-                            pieces: None,
-                            goals: request.goals,
-                            known: &[],
-                            place: &|site| place_of(&quadrature, values.domain(), site),
-                        })?;
-                        values.check()
-                    },
-                )
-            };
-            if let Some(lifted) = lifted {
-                let neighbour = LiftedNeighbour::new(&self.cut, lifted, values, values)?;
-                return examine(&neighbour, AnyPairs::AllPointwise);
-            }
-            let degree = f64::degree(self.degree);
-            degree.with_neighbour(&of, &kinds, &mut |neighbour| {
-                examine(neighbour, kinds.any(cells)?)
+            let domain = values.domain();
+            self.with_neighbour(values, pairs, &v, &mut |neighbour| {
+                with_starts(request, domain, neighbour, &weighted, &mut |starts| {
+                    let setting = VarianceSetup {
+                        equation: &cube,
+                        neighbour,
+                        pairs: kinds.any(),
+                        quadrature: &quadrature,
+                        absorption: request.walk.absorption,
+                    };
+                    then(&Examined {
+                        model: &setting.with_starts(starts)?,
+                        coefficients: is_constant.then_some(coefficients),
+                        pieces: None,
+                        goals: request.goals,
+                        known: &[],
+                        place: &|site| place_of(&quadrature, domain, site),
+                    })?;
+                    values.check()
+                })
             })
         })
     }
 
-    fn tables_in<F: Real + Number>(
-        &self,
-        pairs: Pairs,
-        absorption: f64,
-    ) -> Result<TableBuilder, Error> {
+    fn tables_in<F: Real + Number>(&self, pairs: Pairs) -> Result<TableBuilder, Error> {
         if self.lifted.is_some() {
             return Err(Error::Internal("tables have no lift"));
         }
-        if self.cut.exact_source.is_some() {
-            return Err(Error::Option {
-                subject: Subject::ExactSource,
-                message: "tables have no source F: leave `exact_source` out".to_owned(),
-            });
-        }
-        self.check_neighbour(pairs, absorption)?;
-        let v = self.solved.solution.rounded::<F>()?;
+        let Solved { table, solution } = &self.solved;
         let diagonal_rule = self.cut.diagonal_rule(pairs);
-        let (solution, table) = (&self.solved.solution, &self.solved.table);
+        if diagonal_rule.is_some() {
+            self.check_second_moment(Absorption::Roulette)?;
+        }
         let g = match diagonal_rule {
             Some(pairs) => solution.source(table, &pairs)?,
-            None => solution.source(table, &fredholm_core::galerkin::AllPointwise)?,
+            None => solution.source(table, &AllPointwise)?,
         };
-        Ok(export::cube(
-            [D, self.cut.per_axis, self.cut.degree],
-            absorption,
-            table,
-            diagonal_rule,
-            [&v, &g],
-        ))
+        let v = solution.rounded::<F>()?;
+        let shape = [D, self.cut.per_axis, self.cut.degree];
+        Ok(export::cube(shape, table, diagonal_rule, [&v, &g]))
     }
 }
 
@@ -458,21 +313,12 @@ impl<const D: usize> System for CubeSystem<'_, D> {
         self.examine_in(request, nodes, then)
     }
 
-    fn tables(&self, pairs: Pairs, absorption: f64) -> Result<TableBuilder, Error> {
-        if matches!(self.solved.table, Table::Middles(_)) {
-            return Err(Error::Option {
-                subject: Subject::Problem,
-                message: "a device needs the coefficients that `stages` do without".to_owned(),
-            });
-        }
-        in_scalar!(self.cut.scalar, F => self.tables_in::<F>(pairs, absorption))
+    fn tables(&self, pairs: Pairs) -> Result<TableBuilder, Error> {
+        in_scalar!(self.cut.scalar, F => self.tables_in::<F>(pairs))
     }
 
     fn saved(&self) -> Option<SavedSystem<'_>> {
         let Solved { table, solution } = &self.solved;
-        if matches!(table, Table::Middles(_)) {
-            return None;
-        }
         Some(SavedSystem::new(solution, table.entries()))
     }
 
@@ -489,11 +335,11 @@ impl<const D: usize> System for CubeSystem<'_, D> {
         Ok(self)
     }
 
-    fn whole<'s>(self: Box<Self>) -> Result<Box<dyn WholeSystem<'s> + 's>, Error>
+    fn whole<'s>(self: Box<Self>) -> Result<Box<dyn GlobalSystem<'s> + 's>, Error>
     where
         Self: 's,
     {
-        Ok(Box::new(CubeWhole::new(*self)))
+        Ok(Box::new(CubeGlobal::new(*self)))
     }
 }
 
@@ -513,7 +359,7 @@ pub(super) fn with_job<F: CubeScalar, const D: usize>(
     let Follow::Any(neighbour) = follow else {
         return Err(Error::Internal("nothing is compiled for the equation"));
     };
-    let cube = parts.values.cube::<D>(parts.per_axis, parts.absorption)?;
+    let cube = parts.values.cube::<D>(parts.per_axis)?;
     let (goals, galerkin) = goals(neighbour)?;
     let job = Goals::new(&cube, neighbour, &goals, parts.options);
     match sequence {

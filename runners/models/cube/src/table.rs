@@ -6,8 +6,6 @@ use fredholm_core::galerkin::{Coefficients, Dense, GalerkinMatrix};
 use fredholm_cube::{CubeError, ProductTables};
 use fredholm_rayon::fill_rows;
 
-use super::stages::Middles;
-
 /// What fills the numbers of a cell's rows, by the number of the cell.
 type Rows<'a> = dyn Fn(usize, &mut [f64]) -> Result<(), CubeError> + Sync + 'a;
 
@@ -27,9 +25,7 @@ pub(super) enum Table<'a, const D: usize> {
         functions: usize,
     },
     /// The tables of a product.
-    Product(ProductTables<f64, D>),
-    /// None: coefficients are computed where they are asked for.
-    Middles(Middles<'a, D>),
+    Product(ProductTables<Cow<'a, [f64]>, D>),
 }
 
 impl<const D: usize> Table<'_, D> {
@@ -38,7 +34,6 @@ impl<const D: usize> Table<'_, D> {
         match self {
             Self::Dense { entries, .. } => entries,
             Self::Product(tables) => tables.entries(),
-            Self::Middles(_) => &[],
         }
     }
 
@@ -71,7 +66,6 @@ macro_rules! either {
                 None => $otherwise,
             },
             Table::Product($matrix) => $then,
-            Table::Middles($matrix) => $then,
         }
     };
 }
@@ -90,7 +84,6 @@ impl<const D: usize> GalerkinMatrix for Table<'_, D> {
         match self {
             Self::Dense { cells, .. } => *cells,
             Self::Product(tables) => tables.cells(),
-            Self::Middles(middles) => GalerkinMatrix::cells(middles),
         }
     }
 
@@ -98,21 +91,12 @@ impl<const D: usize> GalerkinMatrix for Table<'_, D> {
         match self {
             Self::Dense { functions, .. } => *functions,
             Self::Product(tables) => tables.functions(),
-            Self::Middles(middles) => middles.functions(),
         }
     }
 
     #[inline]
     fn entry(&self, row: [usize; 2], column: [usize; 2]) -> f64 {
         either!(self, table => table.entry(row, column), f64::NAN)
-    }
-
-    fn block(&self, i: usize, j: usize, out: &mut [f64]) {
-        either!(self, table => table.block(i, j, out), out.fill(f64::NAN));
-    }
-
-    fn mean(&self, i: usize, j: usize) -> f64 {
-        either!(self, table => table.mean(i, j), f64::NAN)
     }
 
     fn row_sum(&self, i: usize) -> f64 {
@@ -129,10 +113,6 @@ impl<const D: usize> GalerkinMatrix for Table<'_, D> {
 
     fn apply_absolute(&self, w: &[f64], out: &mut [f64]) {
         either!(self, table => table.apply_absolute(w, out), out.fill(f64::NAN));
-    }
-
-    fn scratch(&self) -> usize {
-        either!(self, table => table.scratch(), 0)
     }
 
     fn sweep(&self, source: &[f64], v: &mut [f64], scratch: &mut [f64]) -> f64 {

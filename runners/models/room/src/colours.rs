@@ -163,6 +163,10 @@ impl WallTables<f64> {
 }
 
 impl<F: Real> WallTables<F> {
+    pub(crate) const fn channels(&self) -> usize {
+        self.channels
+    }
+
     pub(crate) fn colours(&self) -> Result<WallColours<'_, F>, Error> {
         let tables = (&*self.reflectances, &*self.emissions);
         Ok(WallColours::new(self.channels, tables)?)

@@ -1,138 +1,66 @@
 //! The tables of a room for a device.
 
-use core::fmt::Debug;
-
 use fredholm_core::Real;
 use fredholm_embedded::{Number, TableBuilder};
-use fredholm_room::{Choice, RayControl, Scene, Share};
-
-use super::system::Setup;
 use fredholm_model::Error;
-use fredholm_model::device::{PairRule, add_dense, bytes};
+use fredholm_model::device::PairRule;
+use fredholm_room::Tables;
 
-/// The tables of a room.
-pub(super) fn room<F: Real + Number>(
-    setup: &Setup<'_, F>,
-    scene: &Scene,
-) -> Result<TableBuilder, Error> {
+use crate::system::RoomSystem;
+
+/// The tables of a room in one channel.
+pub(crate) fn room<F: Real + Number>(system: &RoomSystem<'_>) -> Result<TableBuilder, Error> {
+    let scene = &system.cut.model.scene;
+    let own = Tables::<F>::new(scene, &system.cut.mesh);
+    let (v, rays) = system.ray_tables::<F>()?;
+    let geometry = own.geometry();
     let mut tables = TableBuilder::new("room");
-    let geometry = setup.tables.geometry();
-    tables.numbers("absorb", &[setup.absorption]);
     tables.numbers("open", &[u32::from(geometry.is_open())]);
-    add::<F, _>(&mut tables, ["walls", "Wall"], geometry.walls(), |wall| {
-        [
-            bytes(wall.ends.as_flattened()),
-            bytes(&wall.vertices),
-            bytes(&wall.tangent),
-            bytes(&[wall.length, wall.reflectance, wall.emission]),
-        ]
-        .concat()
+    tables.records("walls", geometry.walls(), |wall, to| {
+        to.add(wall.ends.as_flattened());
+        to.add(&wall.vertices);
+        to.add(&wall.tangent);
+        to.add(&[wall.length, wall.reflectance, wall.emission]);
     });
-    add::<F, _>(
-        &mut tables,
-        ["strips", "Strip"],
-        geometry.strips(),
-        |strip| {
-            let numbers = [strip.vertices, strip.walls];
-            [
-                bytes(strip.places.as_flattened()),
-                bytes(numbers.as_flattened()),
-            ]
-            .concat()
-        },
-    );
-    add::<F, _>(&mut tables, ["nodes", "Node"], geometry.nodes(), |node| {
+    tables.records("strips", geometry.strips(), |strip, to| {
+        to.add(strip.places.as_flattened());
+        to.add([strip.vertices, strip.walls].as_flattened());
+    });
+    tables.records("nodes", geometry.nodes(), |node, to| {
         let [low, high] = node.links;
-        let numbers = [node.first, node.count, low, high];
-        [bytes(&node.centre), bytes(&node.half), bytes(&numbers)].concat()
+        to.add(&node.centre);
+        to.add(&node.half);
+        to.add(&[node.first, node.count, low, high]);
     });
-    let (edges, walls, first) = setup.tables.cells().tables();
-    add::<F, _>(&mut tables, ["edges", "Edge"], edges, |edge| {
-        [bytes(&[edge.along]), bytes(&edge.position)].concat()
+    let cells = own.partition().tables();
+    tables.records("edges", cells.edges, |edge, to| {
+        to.add(&[edge.along]);
+        to.add(&edge.position);
     });
-    tables.numbers("cells", walls);
-    tables.numbers("first", first);
-    tables.numbers("lengths", setup.tables.lengths());
+    tables.numbers("cells", cells.walls);
+    tables.numbers("first", cells.first);
+    tables.numbers("lengths", own.lengths());
     let mut surfaces = vec![0];
     for surface in 0..scene.surfaces() {
-        let walls = scene.walls_of(surface)?;
-        surfaces.push(walls.end as u32);
+        surfaces.push(scene.walls_of(surface)?.end as u32);
     }
     tables.numbers("surfaces", &surfaces);
-    if let Some(rays) = &setup.rays {
-        tables.numbers("degree", &[setup.system.cut.cut.degree as u32]);
-        tables.numbers("v", &setup.v);
-        add_rays(&mut tables, &rays.control());
-        PairRule::Rays.add_to(&mut tables);
-        return Ok(tables);
-    }
-    let matrix = setup.system.matrix()?;
-    tables.numbers("views", matrix.views().table());
-    tables.numbers("degree", &[matrix.functions() as u32 - 1]);
-    add_dense::<F>(&mut tables, matrix.entries(), matrix.functions());
-    tables.numbers("v", &setup.v);
-    tables.numbers("source", &setup.g);
-    let rule = match setup.choice {
-        Choice::Paper => PairRule::RestOut,
-        Choice::Default => PairRule::RestPointwise,
-        Choice::Pointwise => PairRule::Pointwise,
-    };
-    rule.add_to(&mut tables);
-    Ok(tables)
-}
-
-/// What walks without pairs take from.
-fn add_rays<F: Real + Number>(tables: &mut TableBuilder, rays: &RayControl<'_, F>) {
+    tables.numbers("degree", &[system.cut.cut.degree as u32]);
+    tables.numbers("v", &v);
+    let rays = rays.control();
     tables.numbers("rayfirst", rays.first);
-    add::<F, _>(tables, ["stretch", "Stretch"], rays.stretches, |stretch| {
-        [
-            bytes(&[stretch.from]),
-            bytes(&[stretch.interval, stretch.ray_box]),
-            bytes(&stretch.near),
-            bytes(&stretch.integral),
-        ]
-        .concat()
+    tables.records("stretch", rays.stretches, |stretch, to| {
+        to.add(&[stretch.from]);
+        to.add(&[stretch.interval, stretch.ray_box]);
+        to.add(&stretch.near);
     });
-    add::<F, _>(
-        tables,
-        ["interval", "Interval"],
-        rays.intervals,
-        |interval| {
-            [
-                bytes(&interval.end),
-                bytes(&interval.mean),
-                bytes(&interval.integral),
-            ]
-            .concat()
-        },
-    );
-    add::<F, _>(tables, ["boxes", "RayBox"], rays.boxes, |ray_box| {
-        [
-            bytes(&[ray_box.from, ray_box.width]),
-            bytes(&ray_box.control),
-        ]
-        .concat()
+    tables.numbers("integral", rays.integrals);
+    tables.numbers("interval", rays.intervals);
+    tables.numbers("boxes", rays.boxes);
+    tables.records("shares", rays.shares, |share, to| {
+        to.add(&[share.sum]);
+        to.add(&[share.interval]);
     });
-    let shares = rays.shares.iter().map(|share| {
-        let own = [bytes(&[share.sum]), bytes(&[share.interval])].concat();
-        (own, format!("fredholm_room::{share:?}"))
-    });
-    tables.records("shares", "fredholm_room::Share", size_of::<Share>(), shares);
-}
-
-/// Records of a room, whose fields are public: what `Debug` writes is Rust.
-fn add<F: Number, R: Debug>(
-    tables: &mut TableBuilder,
-    [name, kind]: [&'static str; 2],
-    records: &[R],
-    bytes: impl Fn(&R) -> Vec<u8>,
-) {
-    tables.records(
-        name,
-        &format!("fredholm_room::{kind}<{}>", F::NAME),
-        size_of::<R>(),
-        records
-            .iter()
-            .map(|record| (bytes(record), format!("fredholm_room::{record:?}"))),
-    );
+    PairRule::Rays.add_to(&mut tables);
+    Ok(tables)
 }

@@ -2,17 +2,16 @@
 
 use std::time::Instant;
 
-use fredholm_core::{At, Batch, NoNeighbour, NotFinite, Real};
-use fredholm_model::channels;
-use fredholm_model::{BLANK, Request, Spot};
-use fredholm_model::{Discretisation, Error, Goal, Model as _, Region, WalkOptions, in_scalar};
+use fredholm_core::{At, Batch, Goal, Goals, LastStep, Real, Value as _, WideOf};
+use fredholm_model::{
+    BLANK, Discretisation, Error, Model as _, Region, Spot, WalkOptions, channels, in_scalar,
+};
 use fredholm_rayon::{Observer, fill_rows};
-use fredholm_room::{Enclosure, Room, STEFAN_BOLTZMANN, Seen};
+use fredholm_room::{Enclosure, RoomEquation, STEFAN_BOLTZMANN, Seen};
 
-use super::RoomModel;
-use super::coloured::ColouredSystem;
-use super::spots::{AllChannels, OneChannel, SpotWalks};
-use super::system::RoomSystem;
+use crate::starts::Start;
+use crate::system::{Follow, plain};
+use crate::{Colours, RoomModel, with_equation};
 
 /// A stretch of a wall, of which u in the middle is wanted.
 #[derive(Clone, Copy, Debug)]
@@ -34,8 +33,6 @@ pub struct FieldRequest<'a> {
     pub stretches: &'a [Stretch],
     /// How walks are made: `walks` of them for a position.
     pub walk: &'a WalkOptions,
-    /// The goals for which pairs are chosen, if they come from the theory.
-    pub goals: &'a [Goal],
     /// Whether plain walks that take as long are wanted, too.
     pub beside_plain: bool,
 }
@@ -119,115 +116,28 @@ impl RoomModel {
         walking: &dyn Fn(),
     ) -> Result<(Field, Option<Field>), Error> {
         let start = Instant::now();
-        let cells = self.cut(discretisation)?;
-        if let Some(colours) = self.colours() {
-            let system = cells.coloured_system(colours)?;
-            return in_scalar!(
-                discretisation.scalar,
-                F => system.field::<F>(request, (watch, walking), start)
-            );
-        }
-        let system = cells.system()?;
-        in_scalar!(discretisation.scalar, F => system.field::<F>(request, (watch, walking), start))
-    }
-}
-
-impl RoomSystem<'_> {
-    fn field<F: Real>(
-        &self,
-        request: &FieldRequest<'_>,
-        (watch, walking): (&dyn Observer, &dyn Fn()),
-        start: Instant,
-    ) -> Result<(Field, Option<Field>), Error> {
-        let setup = self.set_up_for::<F>(&Request {
-            goals: request.goals,
-            walk: request.walk,
-            only_u: true,
-        })?;
-        let room = setup.room()?;
-        let closed = self.cut.model.scene.enclosure() == Enclosure::Closed;
+        let system = self.cut(discretisation)?.system()?;
+        let lights = self.lights(request.walk.last_step);
         let mut fields = None;
-        setup.with_neighbour(&room, &mut |neighbour, _| {
-            walking();
-            let walks = OneChannel {
-                room: &room,
-                neighbour,
-                walk: request.walk,
-                has_light: setup.has_light(),
-                inside: &|seen, _| inside(seen, &setup.v, closed),
-                is_plain: false,
-            };
-            let walker = Walker {
-                request,
-                watch,
-                room: &room,
-                walks: &walks,
-            };
-            let field = walker.field(start, request.walk.walks)?;
-            let plain = beside(&walker, &field, &mut |inside, then| {
-                let inside = &|_: &Seen<'_, '_, F>, number| inside(number).then_some(0.0);
-                then(&OneChannel {
-                    neighbour: &NoNeighbour::<Room<'_, F>>::new(),
-                    has_light: false,
-                    inside,
-                    is_plain: true,
-                    ..walks
-                })
-            })?;
-            fields = Some((field, plain));
-            Ok(())
-        })?;
+        in_scalar!(discretisation.scalar, F => {
+            let tables = system.cut.tables::<F>();
+            with_equation!(tables, system.views()?, lights, equation => {
+                system.with_neighbour(equation, request.walk, &mut |follow| {
+                    walking();
+                    let walker = Walker { request, watch, model: self, equation, follow, beside: None };
+                    let field = walker.field(start, request.walk.walks)?;
+                    let plain = walker.beside(&field)?;
+                    fields = Some((field, plain));
+                    Ok(())
+                })?;
+            });
+        });
         fields.ok_or(Error::Internal("no neighbour equation was made"))
     }
-}
-
-impl ColouredSystem<'_> {
-    fn field<F: Real>(
-        &self,
-        request: &FieldRequest<'_>,
-        (watch, walking): (&dyn Observer, &dyn Fn()),
-        start: Instant,
-    ) -> Result<(Field, Option<Field>), Error> {
-        let closed = self.cut.model.scene.enclosure() == Enclosure::Closed;
-        let mut fields = None;
-        self.with_walks::<F>(request.walk, &mut |walks, plain| {
-            walking();
-            let v = walks.v.unwrap_or_default();
-            let all = AllChannels {
-                walks,
-                walk: request.walk,
-                inside: &|seen, _| v.iter().map(|v| inside(seen, v, closed)).collect(),
-            };
-            let walker = Walker {
-                request,
-                watch,
-                room: walks.coloured.room(),
-                walks: &all,
-            };
-            let field = walker.field(start, request.walk.walks)?;
-            let zeros = vec![0.0; v.len()];
-            let beside = beside(&walker, &field, &mut |inside, then| {
-                then(&AllChannels {
-                    walks: plain,
-                    walk: request.walk,
-                    inside: &|_, number| inside(number).then(|| zeros.clone()),
-                })
-            })?;
-            fields = Some((field, beside));
-            Ok(())
-        })?;
-        fields.ok_or(Error::Internal("no neighbour equation was made"))
-    }
-}
-
-/// What v gives at a position, or `None` where there is no room.
-fn inside<F: Real>(seen: &Seen<'_, '_, F>, v: &[F], closed: bool) -> Option<f64> {
-    let [value, share] = seen.of(v);
-    is_inside(share, closed, F::EPSILON.to_f64()).then_some(value)
 }
 
 /// Whether a point is in the room that sees walls in this share of all directions.
-pub(super) fn is_inside(share: f64, closed: bool, epsilon: f64) -> bool {
+pub(crate) fn is_inside(share: f64, closed: bool, epsilon: f64) -> bool {
     let smallest = epsilon.sqrt();
     // In a closed room a point sees walls all around, or only backs.
     if closed {
@@ -240,71 +150,68 @@ pub(super) fn is_inside(share: f64, closed: bool, epsilon: f64) -> bool {
 /// A function that writes all means of a spot by its number.
 type WriteSpot<'a> = dyn Fn(usize, &mut [Spot]) -> Result<(), Error> + Sync + 'a;
 
-/// Hands on plain walks of the positions for which a function holds.
-type WithPlain<'a, 'r, F> = dyn FnMut(
-        &(dyn Fn(usize) -> bool + Sync),
-        &mut dyn FnMut(&dyn SpotWalks<'r, F>) -> Result<(), Error>,
-    ) -> Result<(), Error>
-    + 'a;
-
-/// The numbers by plain walks that take as long, if they are wanted.
-fn beside<'r, F: Real>(
-    walker: &Walker<'_, 'r, F>,
-    field: &Field,
-    with_plain: &mut WithPlain<'_, 'r, F>,
-) -> Result<Option<Field>, Error> {
-    if !walker.request.beside_plain {
-        return Ok(None);
-    }
-    let is_inside = |position: usize| {
-        let spot = field.air.get(position);
-        spot.is_some_and(|spot| !spot.value.is_nan())
-    };
-    let mut plain = None;
-    with_plain(&is_inside, &mut |walks| {
-        let walker = Walker { walks, ..*walker };
-        let one = walker.field(Instant::now(), 1)?;
-        let walks = (field.seconds / one.seconds).round().max(1.0) as u64;
-        plain = Some(walker.field(Instant::now(), walks)?);
-        Ok(())
-    })?;
-    Ok(plain)
-}
-
 /// Walks of one kind.
-struct Walker<'w, 'r, F> {
+struct Walker<'w, F: Real, E: RoomEquation<F>> {
     request: &'w FieldRequest<'w>,
     watch: &'w dyn Observer,
-    room: &'w Room<'r, F>,
-    walks: &'w dyn SpotWalks<'r, F>,
+    model: &'w RoomModel,
+    equation: &'w E,
+    follow: &'w Follow<'w, F, E::Value>,
+    /// The picture beside which plain walks make theirs.
+    beside: Option<&'w Field>,
 }
 
 /// Positions whose estimates one thread makes in one go.
 const ROW: usize = 64;
 
-impl<'r, F: Real> Walker<'_, 'r, F> {
+impl<F: Real, E: RoomEquation<F> + Sync> Walker<'_, F, E>
+where
+    WideOf<E>: Sync,
+{
+    /// The numbers by plain walks that take as long, if they are wanted.
+    fn beside(&self, field: &Field) -> Result<Option<Field>, Error> {
+        if !self.request.beside_plain {
+            return Ok(None);
+        }
+        let mut found = None;
+        plain(self.equation, &mut |follow| {
+            let walker = Walker {
+                request: self.request,
+                watch: self.watch,
+                model: self.model,
+                equation: self.equation,
+                follow,
+                beside: Some(field),
+            };
+            let one = walker.field(Instant::now(), 1)?;
+            let walks = (field.seconds / one.seconds).round().max(1.0) as u64;
+            found = Some(walker.field(Instant::now(), walks)?);
+            Ok(())
+        })?;
+        Ok(found)
+    }
+
     /// All estimates from so many walks for a position.
     fn field(&self, start: Instant, walks: u64) -> Result<Field, Error> {
         let (positions, stretches) = (self.request.positions, self.request.stretches);
         let (air, of_air) = self.spots(positions.len(), &|number, to| {
             let seen = Seen {
-                room: self.room,
+                room: self.equation.room(),
                 position: positions[number].map(F::from_f64),
             };
-            match self.walks.inside(&seen, number) {
-                Some(values) => self.walk(number, walks, to, &|batches| {
-                    self.walks.run_air((seen, &values), number as u64, batches)
-                }),
-                None => Ok(()),
+            if !self.is_inside(number, &seen) {
+                return Ok(());
             }
+            let start = Start::Air(seen);
+            let at = Region::Point(positions[number].to_vec());
+            self.walk(number, walks, &at, start, to)
         })?;
         let (walls, of_walls) = self.spots(stretches.len(), &|number, to| {
             let stretch = stretches[number];
-            let at = At(self.room.point(stretch.wall, stretch.middle)?);
+            let point = self.equation.room().on_wall(stretch.wall, stretch.middle)?;
             let seeds = positions.len() + number;
-            self.walk(seeds, walks * stretch.weight, to, &|batches| {
-                self.walks.run_wall(at, seeds as u64, batches)
-            })
+            let walks = walks * stretch.weight;
+            self.walk(seeds, walks, &Region::Whole, Start::Point(At(point)), to)
         })?;
         Ok(Field {
             air,
@@ -315,13 +222,28 @@ impl<'r, F: Real> Walker<'_, 'r, F> {
         })
     }
 
+    /// Whether a position is in the room.
+    fn is_inside(&self, number: usize, seen: &Seen<'_, '_, F>) -> bool {
+        if let Some(field) = self.beside {
+            return field
+                .air
+                .get(number)
+                .is_some_and(|spot| !spot.value.is_nan());
+        }
+        let mut share = 0.0;
+        seen.cells(|_, angle| share += angle.to_f64() / core::f64::consts::TAU);
+        let closed = self.model.scene.enclosure() == Enclosure::Closed;
+        is_inside(share, closed, F::EPSILON.to_f64())
+    }
+
     /// The last mean of so many spots, and all others; blank where nothing is written.
     fn spots(
         &self,
         count: usize,
         write: &WriteSpot<'_>,
     ) -> Result<(Vec<Spot>, Vec<Vec<Spot>>), Error> {
-        let means = self.walks.means();
+        let names = self.model.colours().map(Colours::names);
+        let means = names.map_or(1, |names| names.shared().len());
         let mut spots = vec![BLANK; count * means];
         fill_rows(&mut spots, ROW * means, |row, spots| {
             for (i, to) in spots.chunks_mut(means).enumerate() {
@@ -339,28 +261,55 @@ impl<'r, F: Real> Walker<'_, 'r, F> {
         &self,
         number: usize,
         walks: u64,
+        region: &Region,
+        start: Start<'_, '_, F>,
         to: &mut [Spot],
-        run: &dyn Fn(&mut [Batch]) -> Result<(), NotFinite>,
     ) -> Result<(), Error> {
         if self.watch.cancelled() {
             return Err(Error::Cancelled);
         }
+        let known = self.model.known(self.equation, &start, region)?;
+        let (mean, is_exact) = self.mean(&start, region)?;
+        let goal = Goal {
+            functional: start,
+            control_mean: is_exact.then_some(mean),
+            known,
+        };
         let mut batches = vec![Batch::new(0, walks, walks); to.len()];
-        run(&mut batches)
-            .map_err(|error| Error::Picture(format!("pixel or piece {number}: {error}")))?;
+        let walked = LastStep(self.equation);
+        let names = self.model.colours().map(Colours::names);
+        Goals::new(
+            &walked,
+            self.follow.neighbour,
+            &[],
+            self.request.walk.for_core(),
+        )
+        .with_sum(names.map_or(&[][..], |names| names.weights()))
+        .run_goal(&goal, number as u64, &mut batches, u64::MAX)
+        .map_err(|error| Error::Picture(format!("pixel or piece {number}: {error}")))?;
         for (batch, to) in batches.iter().zip(to) {
             let statistics = batch.statistics();
             if statistics.terminations().step_limit > 0 {
-                let why = "a walk met the step limit, so that a picture would be biased: use a larger \
-                           `absorption`";
+                let why = "a walk met the step limit, so that a picture would be biased: leave `absorption` out, or use a larger one";
                 return Err(Error::Picture(why.to_owned()));
             }
-            *to = match self.walks.is_plain() {
-                true => statistics.plain().into(),
-                false => statistics.preconditioned().into(),
+            *to = match self.follow.v {
+                None => statistics.plain().into(),
+                Some(_) => statistics.preconditioned().into(),
             };
         }
         self.watch.walked(walks);
         Ok(())
+    }
+
+    /// (v, Φ) of a start if it is exact: in the air of a room with lights every walk looks for itself, which a sum over panels of
+    /// directions for every pixel would take longer than.
+    fn mean(&self, start: &Start<'_, '_, F>, region: &Region) -> Result<(WideOf<E>, bool), Error> {
+        if matches!(start, Start::Air(_)) && self.follow.has_light {
+            let nothing = WideOf::<E>::splat(self.equation.channels(), 0.0);
+            return Ok((nothing, false));
+        }
+        self.model
+            .mean_of_v(self.equation, start, region, self.follow)
     }
 }

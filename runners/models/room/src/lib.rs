@@ -1,24 +1,21 @@
 //! Light and heat in polygonal rooms, with sizes chosen at run time.
 
-mod coloured;
 mod colours;
-mod corners;
+mod examine;
 mod export;
 mod field;
+mod global;
 mod heat;
 mod leaks;
 mod light;
 mod means;
 mod notes;
 mod partition;
-mod spots;
-mod stages;
 mod starts;
 mod surfaces;
 mod system;
-mod whole;
 
-use fredholm_room::{Choice, Grading, Mesh, Room, Scene, Seen, Tables, VisibilityTable};
+use fredholm_room::{Grading, Mesh, Scene, Seen, Tables, VisibilityTable};
 
 pub use colours::Colours;
 pub use field::{Field, FieldRequest, Stretch};
@@ -36,7 +33,7 @@ use fredholm_model::{
     Subject, in_scalar,
 };
 use light::Lights;
-use partition::{choice, memory};
+use partition::memory;
 
 /// About so many cells where nothing is said of them.
 const DEFAULT_CELLS: usize = 500;
@@ -59,6 +56,34 @@ macro_rules! of_degree {
     }};
 }
 pub(crate) use of_degree;
+
+/// An expression in which the equation of walks, of one channel or of several, has this name: of one type each for one, for colours and
+/// for many.
+macro_rules! with_equation {
+    ($tables:expr, $views:expr, $lights:expr, $equation:ident => $then:expr) => {{
+        let room = &$tables.tables.room($views).with_lights($lights)?;
+        match &$tables.colours {
+            None => {
+                let $equation = room;
+                $then
+            }
+            // Red, green and blue are three.
+            Some(walls) if walls.channels() <= 4 => {
+                let $equation = &fredholm_room::ColouredRoom::<_, 4>::new(room, walls.colours()?)?;
+                $then
+            }
+            Some(walls) => {
+                let $equation =
+                    &fredholm_room::ColouredRoom::<_, { fredholm_core::MOST_CHANNELS }>::new(
+                        room,
+                        walls.colours()?,
+                    )?;
+                $then
+            }
+        }
+    }};
+}
+pub(crate) use with_equation;
 
 /// The equation of light or heat in a room.
 ///
@@ -86,9 +111,6 @@ pub struct RoomModel {
 }
 
 impl RoomModel {
-    /// How a room treats pairs where nothing is said of them.
-    pub const DEFAULT_PAIRS: Pairs = Pairs::Rays;
-
     /// A room for walks in this scalar.
     ///
     /// # Errors
@@ -134,7 +156,6 @@ impl RoomModel {
     pub fn refuse_beyond_memory(
         surfaces: &Surfaces,
         discretisation: &Discretisation,
-        pairs: Pairs,
     ) -> Result<(), Error> {
         // Every segment is one cell at least.
         let segments = surfaces.points.iter().map(|p| p.len().saturating_sub(1));
@@ -142,11 +163,7 @@ impl RoomModel {
         let walls = segments.sum();
         let least = cells.max(walls);
         let what = || format!("{least} unknowns");
-        refuse_beyond_memory(
-            what,
-            memory([least, walls], discretisation.degree, pairs),
-            ADVICE,
-        )
+        refuse_beyond_memory(what, memory([least, walls], discretisation.degree), ADVICE)
     }
 
     /// The surfaces.
@@ -171,12 +188,7 @@ impl RoomModel {
         }
         let mesh = Mesh::new::<f64>(&self.scene, 1, Grading::default())?;
         let tables = Tables::<f64>::new(&self.scene, &mesh);
-        let room = &Room::new(
-            tables.geometry(),
-            tables.cells(),
-            VisibilityTable::none(),
-            0.5,
-        )?;
+        let room = &tables.room(VisibilityTable::none());
         let (ones, closed) = (vec![1.0; mesh.len()], !self.surfaces.open);
         let sees = |&position: &[f64; 2]| {
             let [_, share] = Seen { room, position }.of(&ones);
@@ -223,12 +235,6 @@ impl RoomModel {
     fn mesh(&self, cut: &Discretisation, cells: usize) -> Result<Mesh, Error> {
         let grading = grading(cut);
         Ok(in_scalar!(cut.scalar, F => Mesh::new::<F>(&self.scene, cells, grading)?))
-    }
-
-    /// ∫ F².
-    fn square_of_source(&self) -> f64 {
-        let walls = self.scene.geometry().walls().iter();
-        walls.map(|wall| wall.length * wall.emission.powi(2)).sum()
     }
 
     /// The walls of a mean, of every surface a range.
@@ -327,12 +333,13 @@ impl Model for RoomModel {
     }
 
     fn check(&self, _: &Discretisation, pairs: Pairs) -> Result<(), Error> {
-        if self.colours.is_none() || pairs == Pairs::Rays {
+        if pairs != Pairs::Paper {
             return Ok(());
         }
         Err(Error::Option {
             subject: Subject::Pairs,
-            message: "rays alone serve several channels at once: leave `pairs` out, or write `pairs = \"rays\"`"
+            message: "the neighbour equation of a room has h = k, with G from rays or by all pairs of cells: leave `pairs` out, or \
+                      write `pairs = \"rays\"` or `pairs = \"pointwise\"`"
                 .to_owned(),
         })
     }
@@ -363,50 +370,20 @@ impl Model for RoomModel {
         vec![first / 4, first / 2]
     }
 
-    /// Pairs next to a corner, which look alike at every size, hold cells of grading g at g/2.
-    fn order(&self, discretisation: &Discretisation, pairs: Pairs) -> f64 {
-        let own = self.smooth_order(discretisation.degree);
-        match choice(pairs) {
-            Choice::Default => own.min(0.5 * grading(discretisation).exponent),
-            _ => own,
-        }
-    }
-
-    fn mean_square_of_source(&self) -> f64 {
-        let walls = self.scene.geometry().walls().iter();
-        let length: f64 = walls.map(|wall| wall.length).sum();
-        self.square_of_source() / length
-    }
-
     fn has_whole(&self) -> bool {
         self.colours.is_none()
-    }
-
-    /// Rays: in what was measured, 27 rows of rooms, sizes and degrees, the error at equal time is that of default pairs in the
-    /// worst, at degree 4, and 8 times smaller in the median.
-    fn default_pairs(&self) -> Pairs {
-        Self::DEFAULT_PAIRS
-    }
-
-    fn grading_of_pairs(&self) -> Option<f64> {
-        Some(Grading::of_pairs(0).exponent)
     }
 
     fn last_steps(&self) -> LastSteps {
         self.lights.last_steps()
     }
 
-    /// Rays, and what is nearest to them; with several channels rays alone.
+    /// Rays, and what is nearest to them.
     fn pairs_to_choose(&self) -> &'static [Pairs] {
-        match self.colours {
-            Some(_) => &[Pairs::Rays],
-            None => &[Pairs::Rays, Pairs::Pointwise],
-        }
+        &[Pairs::Rays, Pairs::Pointwise]
     }
 
-    /// All pointwise. In a corner T_K is no more smooth than p is: u there is what the nearest cells of the other wall say,
-    /// where few walks start, and what their scores scatter by the pairs in S is the largest error of all. In what was
-    /// measured it takes 2 to 40 times less work to lower it.
+    /// All pointwise, with an exact G: where few walks start, in corners, what a ray leaves would be the largest error of all.
     fn whole_pairs(&self) -> Pairs {
         Pairs::Pointwise
     }

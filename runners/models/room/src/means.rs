@@ -2,38 +2,37 @@
 
 use core::ops::Range;
 
-use fredholm_core::{Functional, Real, Uniforms};
+use fredholm_core::{Equation, Functional, Real, StartOf, Uniforms};
 use fredholm_room::{MeanOver, Point, Room};
 
 use fredholm_model::Error;
 
 /// The mean of u over ranges of walls, weighted by length.
 #[derive(Clone, Debug)]
-pub(super) struct Means<'r, 'a, F> {
+pub(crate) struct Means<'r, 'a, F> {
     /// The mean over each, and the share of the length of this and all before.
     ranges: Vec<(MeanOver<'r, 'a, F>, f64)>,
 }
 
 impl<'r, 'a, F: Real> Means<'r, 'a, F> {
-    /// Over these walls; `lengths` are those of all walls before each, and of all.
-    pub(super) fn new(
-        room: &'r Room<'a, F>,
-        lengths: &'a [f64],
-        walls: Vec<Range<usize>>,
-    ) -> Result<Self, Error> {
-        let at = |wall: usize| lengths.get(wall).copied().unwrap_or(f64::NAN);
-        let length = |walls: &Range<usize>| at(walls.end) - at(walls.start);
+    /// Over these walls.
+    pub(crate) fn new(room: &'r Room<'a, F>, walls: Vec<Range<usize>>) -> Result<Self, Error> {
+        let length = |walls: &Range<usize>| -> f64 {
+            let own = room.geometry().walls().get(walls.clone());
+            let own = own.unwrap_or_default().iter();
+            own.map(|wall| wall.length.to_f64()).sum()
+        };
         let all: f64 = walls.iter().map(length).sum();
         let (mut sum, mut ranges) = (0.0, Vec::new());
         for walls in walls {
             sum += length(&walls) / all;
-            ranges.push((MeanOver::new(room, lengths, walls)?, sum));
+            ranges.push((MeanOver::new(room, walls)?, sum));
         }
         Ok(Self { ranges })
     }
 
     /// (v, Φ), exact up to rounding.
-    pub(super) fn of(&self, v: &[F]) -> f64 {
+    pub(crate) fn of(&self, v: &[F]) -> f64 {
         if let [(mean, _)] = self.ranges.as_slice() {
             return mean.of(v);
         }
@@ -47,9 +46,9 @@ impl<'r, 'a, F: Real> Means<'r, 'a, F> {
     }
 }
 
-impl<'a, F: Real> Functional<Room<'a, F>> for Means<'_, 'a, F> {
+impl<F: Real, E: Equation<Scalar = F, Point = Point<F>>> Functional<E> for Means<'_, '_, F> {
     #[inline]
-    fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> (Point<F>, F) {
+    fn start<U: Uniforms<F>>(&self, equation: &E, uniforms: &mut U) -> StartOf<E> {
         // Of one surface without a draw that chooses it.
         let mean = match self.ranges.as_slice() {
             [(mean, _)] => mean,
@@ -59,6 +58,6 @@ impl<'a, F: Real> Functional<Room<'a, F>> for Means<'_, 'a, F> {
                 &ranges[chosen.min(ranges.len() - 1)].0
             }
         };
-        mean.start(uniforms)
+        mean.start(equation, uniforms)
     }
 }

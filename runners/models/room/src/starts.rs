@@ -1,117 +1,193 @@
-//! Where walks start, and what v gives there.
+//! Where walks start, and what is known there.
 
-use fredholm_core::{At, Functional, Goals, Real, Shifted, Uniforms};
+use fredholm_core::{
+    At, Equation, Functional, Goal, Goals, LastStep, NoDraws, Real, StartOf, Uniforms, Value,
+    WideOf,
+};
 use fredholm_model::heat::RadiativeExchange as _;
 use fredholm_model::{Error, Region, Request, WithJob};
-use fredholm_room::{Irradiance, Point, Room, Seen};
+use fredholm_room::{Irradiance, Point, Room, RoomEquation, Seen};
 use fredholm_variance::Density;
 
-use super::RoomModel;
-use super::means::Means;
-use super::system::Boxed;
-
-/// What v gives where walks start.
-pub(super) struct Solutions<'s, 'a, F> {
-    /// The mean of the control variate.
-    pub(super) mean: &'s dyn Fn(&Means<'_, 'a, F>) -> f64,
-    /// What a point between the walls sees of it.
-    pub(super) air: &'s dyn Fn(&Seen<'_, 'a, F>) -> f64,
-    /// The irradiance that it makes.
-    pub(super) irradiance: &'s dyn Fn(&Point<F>) -> f64,
-    /// Whether the neighbour equation has what lights give to walls besides, of which points and means are known.
-    pub(super) have_light: bool,
-}
+use crate::means::Means;
+use crate::system::Follow;
+use crate::{Colours, RoomModel};
 
 /// Radians of the panels of directions in which a point in the air looks at what lights give to walls.
-pub(super) const PANEL: f64 = 0.02;
-
-/// Prepares the walks of all goals, and of what a room needs besides; hands on their job, and (v, Φ) of each goal.
-pub(super) fn with_job<'a, F: Real>(
-    model: &RoomModel,
-    room: &Room<'a, F>,
-    lengths: &'a [f64],
-    neighbour: &Boxed<'_, F>,
-    solutions: &Solutions<'_, 'a, F>,
-    request: &Request<'_>,
-    then: &mut WithJob<'_>,
-) -> Result<(), Error> {
-    let mut goals = Vec::new();
-    let mut galerkins = Vec::new();
-    let regions = model.regions(request.goals, request.only_u);
-    for region in &regions {
-        let start = model.start(room, lengths, region)?;
-        let known = model.known(room, &start, region)?;
-        let (galerkin, is_exact) = match &start {
-            Start::Point(At(x)) => (neighbour.value(&neighbour.locate(*x)).to_f64(), true),
-            Start::Mean(mean) if solutions.have_light => {
-                let walls = model.walls(region)?.into_iter().flatten();
-                let reflected = model.direct()?.reflected(walls);
-                ((solutions.mean)(mean) + reflected, true)
-            }
-            Start::Mean(mean) => ((solutions.mean)(mean), true),
-            Start::Air(seen) if solutions.have_light => {
-                let mut light = 0.0;
-                seen.points(PANEL, |x, weight| {
-                    light += weight * room.reflected_light(&x).to_f64();
-                });
-                ((solutions.air)(seen) + light, false)
-            }
-            Start::Air(seen) => ((solutions.air)(seen), true),
-            Start::Light(_) | Start::LightMean(_) => (f64::NAN, false),
-        };
-        galerkins.push(known + galerkin);
-        goals.push(fredholm_core::Goal {
-            functional: Shifted {
-                functional: start,
-                known,
-            },
-            control_mean: is_exact.then_some(galerkin),
-        });
-    }
-    // Where irradiance does not follow from u it takes walks of its own.
-    for region in &regions {
-        if model.takes_walks(region, request.only_u) {
-            let (functional, control_mean) = match model.start(room, lengths, region)? {
-                Start::Point(at) => {
-                    let mean = (!solutions.have_light).then(|| (solutions.irradiance)(&at.0));
-                    (Start::Light(Irradiance { room, of: at }), mean)
-                }
-                Start::Mean(mean) => (Start::LightMean(Irradiance { room, of: mean }), None),
-                other => (other, None),
-            };
-            let known = model.known(room, &functional, region)?;
-            goals.push(fredholm_core::Goal {
-                functional: Shifted { functional, known },
-                control_mean,
-            });
-        }
-    }
-    galerkins.truncate(request.goals.len());
-    let options = request.walk.for_core();
-    then(&Goals::new(room, neighbour, &goals, options), &galerkins)
-}
+pub(crate) const PANEL: f64 = 0.02;
 
 impl RoomModel {
+    /// Prepares the walks of all goals, and of what a room needs besides; hands on their job, and (v, Φ) of each goal.
+    pub(crate) fn with_job<F: Real, E: RoomEquation<F> + Sync>(
+        &self,
+        equation: &E,
+        follow: &Follow<'_, F, E::Value>,
+        request: &Request<'_>,
+        then: &mut WithJob<'_>,
+    ) -> Result<(), Error>
+    where
+        WideOf<E>: Sync,
+    {
+        let names = self.colours.as_ref().map(Colours::names);
+        let regions: Vec<Region> = match names {
+            Some(names) => {
+                let targets = names.targets(request.goals)?;
+                targets.map(|goal| goal.region.clone()).collect()
+            }
+            None => self.regions(request.goals, request.only_u),
+        };
+        let (mut goals, mut galerkin) = (Vec::new(), Vec::new());
+        for region in &regions {
+            let start = self.start(equation.room(), region)?;
+            let known = self.known(equation, &start, region)?;
+            let (mean, is_exact) = self.mean_of_v(equation, &start, region, follow)?;
+            if galerkin.len() < request.goals.len() {
+                let all = mean.plus(&known);
+                let all = (0..all.channels()).map(|channel| all.get(channel));
+                match names {
+                    Some(names) => galerkin.extend(names.with_sum(all)),
+                    None => galerkin.extend(all),
+                }
+            }
+            goals.push(Goal {
+                functional: start,
+                control_mean: is_exact.then_some(mean),
+                known,
+            });
+        }
+        // Where irradiance does not follow from u it takes walks of its own.
+        for region in &regions {
+            if names.is_none() && self.takes_walks(region, request.only_u) {
+                let functional = match self.start(equation.room(), region)? {
+                    Start::Point(at) => Start::Light(Irradiance(at)),
+                    Start::Mean(mean) => Start::LightMean(Irradiance(mean)),
+                    other => other,
+                };
+                let (mean, is_exact) = self.mean_of_v(equation, &functional, region, follow)?;
+                goals.push(Goal {
+                    known: self.known(equation, &functional, region)?,
+                    control_mean: is_exact.then_some(mean),
+                    functional,
+                });
+            }
+        }
+        galerkin.truncate(request.goals.len());
+        let weights = names.map_or(&[][..], |names| names.weights());
+        let walked = LastStep(equation);
+        let job = Goals::new(&walked, follow.neighbour, &goals, request.walk.for_core());
+        then(&job.with_sum(weights), &galerkin)
+    }
+
     /// Where the walks of a goal start.
-    pub(super) fn start<'r, 'a, F: Real>(
+    pub(crate) fn start<'r, 'a, F: Real>(
         &self,
         room: &'r Room<'a, F>,
-        lengths: &'a [f64],
         region: &Region,
     ) -> Result<Start<'r, 'a, F>, Error> {
         Ok(match region {
             Region::On(surface, t) => {
                 let (wall, fraction) = self.scene.along(*surface, *t)?;
-                Start::Point(At(room.point(wall, fraction)?))
+                Start::Point(At(room.on_wall(wall, fraction)?))
             }
             Region::Point(x) => Start::Air(seen(room, x)),
-            region => Start::Mean(Means::new(room, lengths, self.walls(region)?)?),
+            region => Start::Mean(Means::new(room, self.walls(region)?)?),
+        })
+    }
+
+    /// (F_s, Φ): what is known besides what walks estimate.
+    pub(crate) fn known<F: Real, E: RoomEquation<F>>(
+        &self,
+        equation: &E,
+        start: &Start<'_, '_, F>,
+        region: &Region,
+    ) -> Result<WideOf<E>, Error> {
+        let channels = equation.channels();
+        if equation.room().lights().is_empty() {
+            return Ok(WideOf::<E>::splat(channels, 0.0));
+        }
+        Ok(match start {
+            Start::Point(At(x)) => equation.known(x).wide(),
+            Start::Air(seen) => light_at(equation, seen),
+            Start::Light(Irradiance(At(x))) => equation.direct(x).wide(),
+            Start::Mean(_) | Start::LightMean(_) => {
+                let (direct, walls) = (self.direct()?, self.walls(region)?);
+                WideOf::<E>::from_fn(channels, |channel| {
+                    let walls = walls.iter().cloned().flatten();
+                    direct.get(channel).map_or(f64::NAN, |direct| match start {
+                        Start::Mean(_) => direct.emission(walls),
+                        _ => direct.irradiance(walls),
+                    })
+                })
+            }
+        })
+    }
+
+    /// (v, Φ), and whether it is exact: what lights give to the walls that a point sees has no closed integral.
+    pub(crate) fn mean_of_v<F: Real, E: RoomEquation<F>>(
+        &self,
+        equation: &E,
+        start: &Start<'_, '_, F>,
+        region: &Region,
+        follow: &Follow<'_, F, E::Value>,
+    ) -> Result<(WideOf<E>, bool), Error> {
+        let channels = equation.channels();
+        Ok(match start {
+            Start::Point(At(x)) => {
+                let v = follow.neighbour;
+                (v.value(&v.locate(*x)).wide(), true)
+            }
+            Start::Mean(mean) => {
+                let mut value = follow.of_channels(channels, &|v| mean.of(v));
+                if follow.has_light {
+                    let (direct, walls) = (self.direct()?, self.walls(region)?);
+                    value = value.plus(&WideOf::<E>::from_fn(channels, |channel| {
+                        let walls = walls.iter().cloned().flatten();
+                        direct
+                            .get(channel)
+                            .map_or(f64::NAN, |direct| direct.reflected(walls))
+                    }));
+                }
+                (value, true)
+            }
+            Start::Air(seen) => {
+                let mut value = follow.of_channels(channels, &|v| seen.of(v)[0]);
+                if follow.has_light {
+                    seen.points(PANEL, |x, weight| {
+                        let light = equation.light(&x, &mut NoDraws).wide();
+                        value = value.plus(&light.scaled(weight));
+                    });
+                }
+                (value, !follow.has_light)
+            }
+            Start::Light(_) | Start::LightMean(_) => {
+                let nothing = WideOf::<E>::splat(channels, 0.0);
+                (nothing, follow.v.is_none())
+            }
         })
     }
 }
 
+/// (F_s, Φ) of a point between the walls.
+pub(crate) fn light_at<F: Real, E: RoomEquation<F>>(
+    equation: &E,
+    seen: &Seen<'_, '_, F>,
+) -> WideOf<E> {
+    let room = equation.room();
+    let mut sum = WideOf::<E>::splat(equation.channels(), 0.0);
+    if room.lights().is_empty() {
+        return sum;
+    }
+    seen.cells(|cell, angle| {
+        if let Some(x) = room.inside(cell, F::from_f64(0.5)) {
+            let share = angle.to_f64() / core::f64::consts::TAU;
+            sum = sum.plus(&equation.known(&x).wide().scaled(share));
+        }
+    });
+    sum
+}
+
 /// What a point in the air sees.
-pub(super) fn seen<'r, 'a, F: Real>(room: &'r Room<'a, F>, x: &[f64]) -> Seen<'r, 'a, F> {
+pub(crate) fn seen<'r, 'a, F: Real>(room: &'r Room<'a, F>, x: &[f64]) -> Seen<'r, 'a, F> {
     Seen {
         room,
         position: [0, 1].map(|k| F::from_f64(x.get(k).copied().unwrap_or(f64::NAN))),
@@ -119,7 +195,7 @@ pub(super) fn seen<'r, 'a, F: Real>(room: &'r Room<'a, F>, x: &[f64]) -> Seen<'r
 }
 
 /// Walks that start with this density, φ = 1.
-pub(super) const fn in_view(density: f64) -> Density {
+pub(crate) const fn in_view(density: f64) -> Density {
     Density {
         functional: density,
         square: density,
@@ -130,23 +206,23 @@ pub(super) const fn in_view(density: f64) -> Density {
 }
 
 /// Where the walks of a goal start.
-pub(super) enum Start<'r, 'a, F> {
+pub(crate) enum Start<'r, 'a, F> {
     Point(At<Point<F>>),
     Mean(Means<'r, 'a, F>),
     Air(Seen<'r, 'a, F>),
-    Light(Irradiance<'r, 'a, F, At<Point<F>>>),
-    LightMean(Irradiance<'r, 'a, F, Means<'r, 'a, F>>),
+    Light(Irradiance<At<Point<F>>>),
+    LightMean(Irradiance<Means<'r, 'a, F>>),
 }
 
-impl<'a, F: Real> Functional<Room<'a, F>> for Start<'_, 'a, F> {
+impl<F: Real, E: Equation<Scalar = F, Point = Point<F>>> Functional<E> for Start<'_, '_, F> {
     #[inline]
-    fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> (Point<F>, F) {
+    fn start<U: Uniforms<F>>(&self, equation: &E, uniforms: &mut U) -> StartOf<E> {
         match self {
-            Self::Point(At(x)) => (*x, F::one()),
-            Self::Mean(mean) => mean.start(uniforms),
-            Self::Air(seen) => seen.start(uniforms),
-            Self::Light(light) => light.start(uniforms),
-            Self::LightMean(light) => light.start(uniforms),
+            Self::Point(at) => at.start(equation, uniforms),
+            Self::Mean(mean) => mean.start(equation, uniforms),
+            Self::Air(seen) => seen.start(equation, uniforms),
+            Self::Light(light) => light.start(equation, uniforms),
+            Self::LightMean(light) => light.start(equation, uniforms),
         }
     }
 }

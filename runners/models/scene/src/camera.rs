@@ -34,11 +34,12 @@ impl Camera {
     #[must_use]
     pub fn outside(scene: &Scene, size: [usize; 2]) -> Self {
         let corners = scene.faces().iter().flat_map(|face| face.corners);
-        let ends = [f64::INFINITY, f64::NEG_INFINITY].map(|end| [end; 3]);
+        let ends = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
         let [low, high] = corners.fold(ends, |[low, high], at| {
-            let least = |a: [f64; 3], b: [f64; 3]| core::array::from_fn(|k| a[k].min(b[k]));
-            let most = |a: [f64; 3], b: [f64; 3]| core::array::from_fn(|k| a[k].max(b[k]));
-            [least(low, at), most(high, at)]
+            [
+                core::array::from_fn(|k| low[k].min(at[k])),
+                core::array::from_fn(|k| high[k].max(at[k])),
+            ]
         });
         let towards: [f64; 3] = core::array::from_fn(|k| 0.5 * (low[k] + high[k]));
         let direction = [0.24, -0.93, 0.28];

@@ -1,74 +1,30 @@
 //! Materials in several channels.
 
+use fredholm_core::Real;
 use fredholm_model::Error;
 use fredholm_model::channels::{self, ChannelNames};
-use fredholm_model::heat::Optics;
 use fredholm_scene::{Material, Scene};
-
-use crate::channels::PerFace;
 
 /// Reflectances and emissions of all surfaces in several channels, such as colours or bands of wavelengths.
 ///
-/// Red, green and blue have their luminance as a weighted sum, 0.2126 R + 0.7152 G + 0.0722 B; other channels have their sum.
-///
 /// ```
+/// use fredholm::channels::ChannelNames;
 /// use fredholm::scene::{Colours, Material};
 ///
 /// let red = [0.6, 0.1, 0.1].map(|reflectance| Material { reflectance, emission: 0.0 });
-/// let colours = Colours::new(["red", "green", "blue"].map(str::to_owned).to_vec(), vec![red.to_vec()]);
-/// assert_eq!(colours.shared_names(), ["red", "green", "blue", "luminance"]);
+/// let names = ChannelNames::new(["red", "green", "blue"].map(str::to_owned).to_vec());
+/// let colours = Colours { names, materials: vec![red.to_vec()] };
 /// assert_eq!(colours.largest(0).reflectance, 0.6);
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Colours {
-    names: ChannelNames,
+    /// The names of the channels, and of a weighted sum of them.
+    pub names: ChannelNames,
     /// The materials of every surface, one for each channel.
-    materials: Vec<Vec<Material>>,
+    pub materials: Vec<Vec<Material>>,
 }
 
 impl Colours {
-    /// The materials of every surface, one for each of these channels.
-    #[must_use]
-    pub fn new(channels: Vec<String>, materials: Vec<Vec<Material>>) -> Self {
-        Self {
-            names: ChannelNames::new(channels),
-            materials,
-        }
-    }
-
-    /// The materials of every surface in bands of heat: u is in W/m².
-    #[must_use]
-    pub fn of_heat(bands: Vec<String>, materials: Vec<Vec<Material>>) -> Self {
-        Self {
-            names: ChannelNames::of_heat(bands),
-            materials,
-        }
-    }
-
-    /// The names of the channels.
-    #[must_use]
-    pub const fn names(&self) -> &ChannelNames {
-        &self.names
-    }
-
-    /// The names of what shares the walks of a target: the channels, and last their sum.
-    #[must_use]
-    pub fn shared_names(&self) -> &[String] {
-        self.names.shared()
-    }
-
-    /// The number of channels, without the sum.
-    #[must_use]
-    pub const fn channels(&self) -> usize {
-        self.names.channels()
-    }
-
-    /// The weights of the sum.
-    #[must_use]
-    pub fn weights(&self) -> &[f64] {
-        self.names.weights()
-    }
-
     /// The largest reflectance and the largest emission of a surface: those of the chain that all channels share.
     #[must_use]
     pub fn largest(&self, surface: usize) -> Material {
@@ -83,20 +39,6 @@ impl Colours {
     fn numbers(&self, surface: usize) -> Vec<[f64; 2]> {
         let own = self.materials.get(surface).into_iter().flatten();
         own.map(|one| [one.reflectance, one.emission]).collect()
-    }
-
-    /// The one material of some surfaces in every channel, if they have one.
-    pub(crate) fn common(&self, surfaces: &[usize]) -> Option<Vec<Optics>> {
-        let (first, rest) = surfaces.split_first()?;
-        let first = self.materials.get(*first)?;
-        let is_same = |surface: &usize| self.materials.get(*surface) == Some(first);
-        let optics = |one: &Material| Optics {
-            reflectance: one.reflectance,
-            emission: one.emission,
-        };
-        rest.iter()
-            .all(is_same)
-            .then(|| first.iter().map(optics).collect())
     }
 
     /// Refuses what is none of a scene.
@@ -121,22 +63,56 @@ impl Colours {
     }
 
     /// The channels by faces: reflectances and emissions over the largest.
-    pub(crate) fn per_face(&self, scene: &Scene) -> PerFace {
-        let share = |own: f64, largest: f64| if largest > 0.0 { own / largest } else { 0.0 };
-        let (mut factors, mut shares) = (Vec::new(), Vec::new());
+    pub(crate) fn per_face(&self, scene: &Scene) -> FaceChannels<f64> {
+        let mut all = FaceChannels {
+            channels: self.names.channels(),
+            reflectances: Vec::new(),
+            emissions: Vec::new(),
+        };
         for face in 0..scene.faces().len() {
             let surface = scene.place(face).map_or(usize::MAX, |place| place.surface);
             let largest = self.largest(surface);
-            for one in self.materials.get(surface).map_or(&[][..], Vec::as_slice) {
-                factors.push(share(one.reflectance, largest.reflectance));
-                shares.push(share(one.emission, largest.emission));
+            for one in self.materials.get(surface).into_iter().flatten() {
+                all.reflectances
+                    .push(share(one.reflectance, largest.reflectance));
+                all.emissions.push(share(one.emission, largest.emission));
             }
         }
-        PerFace {
-            channels: self.channels(),
-            factors,
-            shares,
-            weights: self.weights().to_vec(),
+        all
+    }
+}
+
+/// A number over the largest, or 0 of nothing.
+pub(crate) fn share(own: f64, largest: f64) -> f64 {
+    if largest > 0.0 { own / largest } else { 0.0 }
+}
+
+/// The channels of walks: for every face, and there for every channel, reflectance and emission over the scene's own.
+#[derive(Clone, Debug)]
+pub(crate) struct FaceChannels<F> {
+    pub(crate) channels: usize,
+    pub(crate) reflectances: Vec<F>,
+    pub(crate) emissions: Vec<F>,
+}
+
+impl FaceChannels<f64> {
+    pub(crate) fn rounded<F: Real>(&self) -> FaceChannels<F> {
+        let rounded = |table: &[f64]| table.iter().map(|&x| F::from_f64(x)).collect();
+        FaceChannels {
+            channels: self.channels,
+            reflectances: rounded(&self.reflectances),
+            emissions: rounded(&self.emissions),
+        }
+    }
+}
+
+impl<F> FaceChannels<F> {
+    /// The channels for walks of at most M.
+    pub(crate) fn tint<const M: usize>(&self) -> fredholm_scene::Colours<'_, F, M> {
+        fredholm_scene::Colours {
+            channels: self.channels,
+            reflectances: &self.reflectances,
+            emissions: &self.emissions,
         }
     }
 }

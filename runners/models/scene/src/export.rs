@@ -1,152 +1,96 @@
 //! The tables of a scene for a device.
 
-use core::fmt::Debug;
-
 use fredholm_core::{LastStep, Real};
 use fredholm_embedded::{Number, TableBuilder};
-use fredholm_model::device::{PairRule, bytes};
 use fredholm_model::{Error, Region, Subject};
-use fredholm_scene::Scene;
+use fredholm_scene::{Grey, Radiosity};
 
 use crate::of_degree;
-use crate::partition::WalkTables;
-use crate::regions::Place;
-use crate::system::{SceneSystem, best_rays, mean};
+use crate::partition::Cut;
+use crate::places::Place;
+use crate::system::{SceneSystem, best_rays};
 
 /// The tables of a scene.
-pub(crate) fn scene<F: Real + Number>(
-    system: &SceneSystem<'_>,
-    absorption: f64,
-) -> Result<TableBuilder, Error> {
-    let (scene, cut) = (system.model.scene(), &*system.cut);
-    check(scene)?;
-    let walks = WalkTables::<F>::new(scene, cut)?;
-    let radiosity = walks.radiosity(cut, absorption)?;
-    let mut tables = TableBuilder::new("scene");
-    let geometry = radiosity.geometry();
-    tables.numbers("absorb", &[absorption]);
-    tables.numbers("open", &[u32::from(geometry.is_open())]);
-    add::<F, _>(&mut tables, ["faces", "Face"], geometry.faces(), |face| {
-        [
-            bytes(face.corners.as_flattened()),
-            bytes(&face.vertices),
-            bytes(&[face.count, face.plane]),
-            bytes(&face.normal),
-            bytes(&[face.area, face.reflectance, face.emission]),
-        ]
-        .concat()
-    });
-    let triangles = geometry.triangles();
-    add::<F, _>(
-        &mut tables,
-        ["triangle", "Triangle"],
-        triangles,
-        |triangle| {
-            let numbers = [triangle.face, triangle.plane];
-            [bytes(triangle.axes.as_flattened()), bytes(&numbers)].concat()
-        },
-    );
-    add::<F, _>(&mut tables, ["nodes", "Node"], geometry.nodes(), |node| {
-        let numbers = [node.first, node.count];
-        [bytes(&node.low), bytes(&node.high), bytes(&numbers)].concat()
-    });
-    let (sides, patches, lights) = walks.cells.tables();
-    add::<F, _>(&mut tables, ["sides", "Side"], sides, |side| {
-        [
-            bytes(side.tangents.as_flattened()),
-            bytes(&[side.patch, side.patches]),
-            bytes(&[side.emission]),
-        ]
-        .concat()
-    });
-    add::<F, _>(&mut tables, ["patches", "FacePatch"], patches, |patch| {
-        let [m, n] = patch.intervals;
-        [
-            bytes(&patch.origin),
-            bytes(patch.spans.as_flattened()),
-            bytes(patch.duals.as_flattened()),
-            bytes(&[m, n, patch.first, patch.triangle]),
-        ]
-        .concat()
-    });
-    tables.numbers("lights", lights);
-    tables.numbers("shares", &cut.shares);
-    add_surfaces(&mut tables, system, &walks, absorption)?;
-    let vectors = system.solution.for_walks::<F>()?;
-    let control = vectors.tables();
-    let last = LastStep(&radiosity);
-    let rays = of_degree!(cut.degree, B => best_rays::<F, B>(&vectors, &last)?);
-    tables.numbers("degree", &[cut.degree as u32]);
-    tables.numbers("v", control.v);
-    tables.numbers("control", control.control);
-    tables.numbers("integral", control.integral);
-    tables.numbers("events", control.events);
-    tables.numbers("ofevents", control.of_events);
-    tables.numbers("rays", &[control.per_axis, rays.get()]);
-    PairRule::Rays.add_to(&mut tables);
-    Ok(tables)
-}
-
-/// What a device does not know is refused.
-fn check(scene: &Scene) -> Result<(), Error> {
-    if scene.sky().is_none() && scene.beams().is_empty() {
-        return Ok(());
+pub(crate) fn scene<F: Real + Number>(system: &SceneSystem<'_>) -> Result<TableBuilder, Error> {
+    let cut = &*system.cut;
+    let own = &cut.model.scene;
+    if own.sky().is_some() || !own.beams().is_empty() {
+        return Err(Error::Option {
+            subject: Subject::Problem,
+            message: "device tables of a scene have the light of its surfaces alone: leave `sky` and `light` out"
+                .to_owned(),
+        });
     }
-    Err(Error::Option {
-        subject: Subject::Problem,
-        message: "device tables of a scene have the light of its surfaces alone: leave `sky` and `light` out".to_owned(),
-    })
+    let walks = cut.tables::<F>()?;
+    let radiosity = walks.radiosity()?;
+    let geometry = radiosity.geometry();
+    let mut tables = TableBuilder::new("scene");
+    tables.numbers("open", &[u32::from(geometry.is_open())]);
+    tables.records("faces", geometry.faces(), |face, to| {
+        to.add(face.corners.as_flattened());
+        to.add(&face.vertices);
+        to.add(&[face.count, face.plane]);
+        to.add(&face.normal);
+        to.add(&[face.area, face.reflectance, face.emission]);
+    });
+    tables.records("triangle", geometry.triangles(), |triangle, to| {
+        to.add(triangle.axes.as_flattened());
+        to.add(&[triangle.face, triangle.plane]);
+    });
+    tables.records("nodes", geometry.nodes(), |node, to| {
+        to.add(&node.low);
+        to.add(&node.high);
+        to.add(&[node.first, node.count]);
+    });
+    let of_cells = walks.cells.tables();
+    tables.records("sides", of_cells.sides, |side, to| {
+        to.add(side.tangents.as_flattened());
+        to.add(&[side.patch, side.patches]);
+        to.add(&[side.emission]);
+    });
+    tables.records("patches", of_cells.patches, |patch, to| {
+        to.add(&patch.origin);
+        to.add(patch.spans.as_flattened());
+        to.add(patch.duals.as_flattened());
+        to.add(&patch.intervals);
+        to.add(&[patch.first, patch.triangle]);
+    });
+    tables.numbers("lights", of_cells.lights);
+    tables.numbers("shares", &walks.shares);
+    let (vectors, equation) = (system.solution.for_walks::<F>()?, LastStep(&radiosity));
+    add_surfaces(&mut tables, cut, vectors.v(), &radiosity)?;
+    let rays = of_degree!(cut.degree, B => best_rays::<F, Grey, B>(&vectors, &equation)?);
+    tables.numbers("degree", &[cut.degree as u32]);
+    tables.step_control(&vectors.tables(), rays);
+    Ok(tables)
 }
 
 /// The faces of every surface, and of its mean what is known before any walk.
 fn add_surfaces<F: Real + Number>(
     tables: &mut TableBuilder,
-    system: &SceneSystem<'_>,
-    walks: &WalkTables<F>,
-    absorption: f64,
+    cut: &Cut<'_>,
+    v: &[F],
+    radiosity: &Radiosity<'_, F>,
 ) -> Result<(), Error> {
-    let (scene, cut) = (system.model.scene(), &*system.cut);
-    let (radiosity, wide) = (
-        walks.radiosity(cut, absorption)?,
-        cut.radiosity(absorption)?,
-    );
-    let vectors = system.solution.for_walks::<F>()?;
-    let v: Vec<f64> = vectors.v().iter().map(|v| v.to_f64()).collect();
     let (mut surfaces, mut numbers) = (vec![0_u32], Vec::<u32>::new());
-    let (mut ends, mut known, mut means) = (Vec::<F>::new(), Vec::new(), Vec::new());
-    for surface in 0..system.model.names().len() {
-        let place = Place::new(scene, &Region::Part(surface))?;
+    let (mut all_ends, mut known, mut means) = (Vec::<F>::new(), Vec::new(), Vec::new());
+    for surface in 0..cut.model.names().len() {
+        let place = Place::new(&cut.model.scene, &Region::Part(surface))?;
         let Place::Faces(faces) = &place else {
             return Err(Error::Internal("the mean over a surface is one over faces"));
         };
-        let own = place.known(&radiosity);
+        let ends = place.ends(radiosity.geometry())?;
+        let own = place.origin(radiosity, &ends, None)?.known(radiosity);
         known.push(own);
-        means.push(own + mean(&wide, faces, &v));
-        ends.append(&mut place.areas(&radiosity)?);
+        means.push(own + cut.mean::<F, f64>(faces, v));
+        all_ends.extend(ends);
         numbers.extend(faces);
         surfaces.push(numbers.len() as u32);
     }
     tables.numbers("surfaces", &surfaces);
     tables.numbers("numbers", &numbers);
-    tables.numbers("ends", &ends);
+    tables.numbers("ends", &all_ends);
     tables.numbers("known", &known);
     tables.numbers("means", &means);
     Ok(())
-}
-
-/// Records of a scene, whose fields are public: what `Debug` writes is Rust.
-fn add<F: Number, R: Debug>(
-    tables: &mut TableBuilder,
-    [name, kind]: [&'static str; 2],
-    records: &[R],
-    bytes: impl Fn(&R) -> Vec<u8>,
-) {
-    tables.records(
-        name,
-        &format!("fredholm_scene::{kind}<{}>", F::NAME),
-        size_of::<R>(),
-        records
-            .iter()
-            .map(|record| (bytes(record), format!("fredholm_scene::{record:?}"))),
-    );
 }

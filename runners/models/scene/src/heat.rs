@@ -3,20 +3,13 @@
 use fredholm_core::Statistics;
 use fredholm_model::channels::Exchange;
 use fredholm_model::heat::{Optics, RadiativeExchange};
-use fredholm_model::{Derived, Error, Goal, Region, Request};
-use fredholm_scene::{Enclosure, Face};
+use fredholm_model::{Derived, Goal, Region};
+use fredholm_scene::{Enclosure, Face, Material};
 
-use crate::regions::Place;
+use crate::places::Place;
 use crate::{Colours, SceneModel};
 
 impl SceneModel {
-    /// The places of the goals of a request, then those of surfaces whose net fluxes take walks.
-    pub(crate) fn places(&self, request: &Request<'_>) -> Result<Vec<Place>, Error> {
-        let regions = self.regions(request.goals, request.only_u);
-        let place = |region| Place::new(&self.scene, region);
-        regions.iter().map(place).collect()
-    }
-
     fn faces(&self, surface: usize) -> &[Face<f64>] {
         let own = self.scene.faces_of(surface).ok();
         own.and_then(|own| self.scene.faces().get(own))
@@ -49,24 +42,34 @@ impl SceneModel {
     ) -> Derived {
         let materials = |region: &Region| match region {
             Region::Whole if self.is_closed() => Some(Exchange::Arrives),
+            Region::Facing { .. } => Some(Exchange::Arrives),
             region if self.is_in_air(region) => None,
-            region => colours
-                .common(&self.surfaces_of(region))
-                .map(Exchange::Through),
+            region => {
+                let surfaces = self.surfaces_of(region).into_iter();
+                let own = common(surfaces.map(|surface| colours.materials.get(surface)))??;
+                Some(Exchange::Through(own.iter().map(optics).collect()))
+            }
         };
-        colours.names().derived(goals, statistics, &materials)
+        colours.names.derived(goals, statistics, &materials)
     }
+}
 
-    /// What all of some things have in common.
-    fn common<T: PartialEq>(mut all: impl Iterator<Item = T>) -> Option<T> {
-        let first = all.next()?;
-        all.all(|other| other == first).then_some(first)
+fn optics(material: &Material) -> Optics {
+    Optics {
+        reflectance: material.reflectance,
+        emission: material.emission,
     }
+}
+
+/// What all of some things have in common.
+fn common<T: PartialEq>(mut all: impl Iterator<Item = T>) -> Option<T> {
+    let first = all.next()?;
+    all.all(|other| other == first).then_some(first)
 }
 
 impl RadiativeExchange for SceneModel {
     fn is_heat(&self) -> bool {
-        self.heat.is_some()
+        self.heat().is_some()
     }
 
     fn is_closed(&self) -> bool {
@@ -84,24 +87,24 @@ impl RadiativeExchange for SceneModel {
     fn optics(&self, region: &Region) -> Option<Optics> {
         let surfaces = self.surfaces_of(region);
         let faces = surfaces.iter().flat_map(|&surface| self.faces(surface));
-        Self::common(faces.map(|face| Optics {
+        common(faces.map(|face| Optics {
             reflectance: face.reflectance,
             emission: face.emission,
         }))
     }
 
     fn emissivity(&self, region: &Region) -> Option<f64> {
-        let own = &self.heat.as_ref()?.emissivities;
+        let own = &self.heat()?.emissivities;
         let surfaces = self.surfaces_of(region);
         let known = surfaces
             .iter()
             .map(|&surface| own.get(surface).copied().flatten());
-        Self::common(known).flatten()
+        common(known).flatten()
     }
 
     /// All, with temperatures, unless they are left out.
     fn flux_surfaces(&self) -> Vec<usize> {
-        let wanted = self.heat.as_ref().is_some_and(|heat| heat.net_fluxes);
+        let wanted = self.heat().is_some_and(|heat| heat.net_fluxes);
         (0..if wanted { self.names.len() } else { 0 }).collect()
     }
 

@@ -2,23 +2,19 @@
 
 mod adjoint;
 mod camera;
-mod channels;
-mod coloured;
 mod colours;
 mod examine;
 mod export;
+mod global;
 mod heat;
 mod partition;
-mod pixel;
+mod places;
 mod radius;
-mod regions;
 mod system;
 mod view;
-mod whole;
+mod walks;
 
-use core::fmt;
-
-use fredholm_core::{Estimator, Statistics};
+use fredholm_core::Statistics;
 use fredholm_model::heat::RadiativeExchange;
 use fredholm_model::{
     About, Derived, Discretisation, Error, Goal, LastSteps, Model, Pairs, Partitioned, Region,
@@ -26,28 +22,62 @@ use fredholm_model::{
 };
 use fredholm_scene::Surface;
 
+use adjoint::Adjoint;
 pub use camera::Camera;
 pub use colours::Colours;
+use colours::FaceChannels;
 pub use fredholm_scene::{Beam, Enclosure, Material, Polygon, Scene, SkyLight, shapes};
 use partition::ScenePartition;
+use places::Place;
 pub use view::{View, ViewRequest};
 
 /// An expression in which the number of functions per cell of a degree is a constant of this name.
 macro_rules! of_degree {
     ($degree:expr, $name:ident => $then:expr) => {
         match $degree {
-            0 => crate::of_degree!(1 as $name => $then),
-            1 => crate::of_degree!(3 as $name => $then),
+            0 => {
+                const $name: usize = 1;
+                $then
+            }
+            1 => {
+                const $name: usize = 3;
+                $then
+            }
             // The model lets nothing above 2 pass.
-            _ => crate::of_degree!(6 as $name => $then),
+            _ => {
+                const $name: usize = 6;
+                $then
+            }
         }
     };
-    ($value:literal as $name:ident => $then:expr) => {{
-        const $name: usize = $value;
-        $then
-    }};
 }
 pub(crate) use of_degree;
+
+/// An expression with the equation of walks in tables, whatever its channels.
+macro_rules! with_equation {
+    ($tables:expr, $equation:ident => $then:expr) => {{
+        let radiosity = $tables.radiosity()?;
+        match &$tables.channels {
+            None => {
+                let $equation = &fredholm_core::LastStep(&radiosity);
+                $then
+            }
+            // Red, green and blue are three.
+            Some(channels) if channels.channels <= 4 => {
+                let radiosity = radiosity.with_colours(channels.tint::<4>())?;
+                let $equation = &fredholm_core::LastStep(&radiosity);
+                $then
+            }
+            Some(channels) => {
+                let channels = channels.tint::<{ fredholm_core::MOST_CHANNELS }>();
+                let radiosity = radiosity.with_colours(channels)?;
+                let $equation = &fredholm_core::LastStep(&radiosity);
+                $then
+            }
+        }
+    }};
+}
+pub(crate) use with_equation;
 
 /// The largest degree of polynomials on a cell.
 const MOST_DEGREE: usize = 2;
@@ -81,7 +111,7 @@ pub struct NamedSurface {
 ///
 /// ```
 /// use fredholm::scene::{Enclosure, Material, NamedSurface, shapes};
-/// use fredholm::{Estimator, Scalar, SceneModel, Solver};
+/// use fredholm::{Scalar, SceneModel, Solver};
 ///
 /// // A cube with a lamp for a ceiling: what it emits is what all absorb, 1 = ½ · 6 · the mean of u.
 /// let names = ["floor", "ceiling", "front", "back", "left", "right"];
@@ -92,20 +122,31 @@ pub struct NamedSurface {
 ///     material: Material { reflectance: 0.5, emission: f64::from(u8::from(name == "ceiling")) },
 /// });
 /// let cube = SceneModel::new(surfaces.collect(), Enclosure::Closed, Scalar::F64)?;
-/// let solver = Solver::new(&cube).mean().cells(24).degree(1).estimator(Estimator::Collision);
+/// let solver = Solver::new(&cube).mean().cells(24).degree(1);
 /// let report = solver.walks(20_000).solve()?;
 /// let mean = &report.goals[0].preconditioned;
 /// assert!((mean.estimate.unwrap() - 1.0 / 3.0).abs() < 5.0 * mean.std_error.unwrap());
 /// assert!(mean.std_error < report.goals[0].plain.std_error);
 /// # Ok::<(), fredholm::SolveError>(())
 /// ```
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub struct SceneModel {
     names: Vec<String>,
     scene: Scene,
-    heat: Option<Temperatures>,
-    colours: Option<Colours>,
-    is_photometric: bool,
+    light: Light,
+    /// The receivers of the model of the way back.
+    adjoint: Option<Adjoint>,
+}
+
+/// What u is.
+#[derive(Clone, Debug)]
+enum Light {
+    /// Without a unit.
+    Grey,
+    /// In lumens per square metre.
+    Photometric,
+    Heat(Temperatures),
+    Colours(Colours),
 }
 
 /// What a scene of temperatures and net fluxes has besides its materials.
@@ -124,15 +165,6 @@ pub struct Temperatures {
     pub emissivities: Vec<Option<f64>>,
     /// Whether the net fluxes of all surfaces are wanted.
     pub net_fluxes: bool,
-}
-
-impl fmt::Debug for SceneModel {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("SceneModel")
-            .field("names", &self.names)
-            .field("faces", &self.scene.faces().len())
-            .finish_non_exhaustive()
-    }
 }
 
 impl SceneModel {
@@ -165,20 +197,16 @@ impl SceneModel {
         Self {
             names,
             scene,
-            heat: None,
-            colours: None,
-            is_photometric: false,
+            light: Light::Grey,
+            adjoint: None,
         }
     }
 
     /// The scene as one of heat: u is in W/m², no longer in photometric units, and results are net fluxes and temperatures, too.
     #[must_use]
     pub fn with_heat(self, of_heat: Temperatures) -> Self {
-        Self {
-            heat: Some(of_heat),
-            is_photometric: false,
-            ..self
-        }
+        let light = Light::Heat(of_heat);
+        Self { light, ..self }
     }
 
     /// The scene in several channels, in each of which its surfaces have materials of their own: those of the scene are then
@@ -189,21 +217,16 @@ impl SceneModel {
     /// the channels are none, or more than a walk serves.
     pub fn with_colours(self, colours: Colours) -> Result<Self, Error> {
         colours.check(&self.scene)?;
-        if self.heat.is_some() {
+        if self.heat().is_some() {
             return fredholm_model::channels::refuse_heat();
         }
-        if self.is_photometric {
-            return refuse_photometry();
-        }
-        Ok(Self {
-            colours: Some(colours),
-            ..self
-        })
+        self.with_light(Light::Colours(colours))
     }
 
     /// The scene with emissions in lumens per square metre: u has this unit, too, and irradiances are illuminances in lux.
     ///
     /// ```
+    /// use fredholm::channels::ChannelNames;
     /// use fredholm::scene::{Colours, Enclosure, Material, NamedSurface, shapes};
     /// use fredholm::{Scalar, SceneModel, Solver};
     ///
@@ -217,7 +240,8 @@ impl SceneModel {
     /// assert!((arriving.estimate.unwrap() - 100.0).abs() < 5.0 * arriving.std_error.unwrap() + 1e-9);
     /// assert_eq!((report.goals[0].plain.unit, arriving.unit), (Some("lm/m2"), Some("lx")));
     ///
-    /// let two = Colours::new(vec!["a".to_owned(), "b".to_owned()], vec![vec![material; 2]]);
+    /// let names = ChannelNames::new(vec!["a".to_owned(), "b".to_owned()]);
+    /// let two = Colours { names, materials: vec![vec![material; 2]] };
     /// assert!(cube.with_colours(two).is_err());
     /// # Ok::<(), fredholm::SolveError>(())
     /// ```
@@ -225,37 +249,34 @@ impl SceneModel {
     /// # Errors
     /// [`Error::Option`]: it is one of temperatures, or has several channels.
     pub fn with_photometry(self) -> Result<Self, Error> {
-        if self.heat.is_some() || self.colours.is_some() {
-            return refuse_photometry();
+        self.with_light(Light::Photometric)
+    }
+
+    fn with_light(self, light: Light) -> Result<Self, Error> {
+        match self.light {
+            Light::Grey => Ok(Self { light, ..self }),
+            _ => Err(Error::Option {
+                subject: Subject::Problem,
+                message: "photometric units are of light in one channel: leave them out, or temperatures and channels"
+                    .to_owned(),
+            }),
         }
-        Ok(Self {
-            is_photometric: true,
-            ..self
-        })
     }
 
-    /// The scene with light that no surface emits.
-    ///
-    /// # Errors
-    /// [`Error::Space`].
-    pub fn with_beams(self, beams: Vec<Beam<f64>>) -> Result<Self, Error> {
-        let scene = self.scene.with_beams(beams)?;
-        Ok(Self { scene, ..self })
-    }
-
-    /// The scene with light of the sky.
-    ///
-    /// # Errors
-    /// [`Error::Space`]: it is closed.
-    pub fn with_sky(self, sky: SkyLight) -> Result<Self, Error> {
-        let scene = self.scene.with_sky(sky)?;
-        Ok(Self { scene, ..self })
+    fn heat(&self) -> Option<&Temperatures> {
+        match &self.light {
+            Light::Heat(heat) => Some(heat),
+            _ => None,
+        }
     }
 
     /// The materials of its channels, if it has several.
     #[must_use]
     pub const fn colours(&self) -> Option<&Colours> {
-        self.colours.as_ref()
+        match &self.light {
+            Light::Colours(colours) => Some(colours),
+            _ => None,
+        }
     }
 
     /// The names of the surfaces.
@@ -269,14 +290,27 @@ impl SceneModel {
     pub const fn scene(&self) -> &Scene {
         &self.scene
     }
-}
 
-fn refuse_photometry() -> Result<SceneModel, Error> {
-    Err(Error::Option {
-        subject: Subject::Problem,
-        message: "photometric units are of light in one channel: leave them out, or temperatures and channels"
-            .to_owned(),
-    })
+    /// The scene that walks go through: of the way back that in which receivers send out light.
+    fn walked(&self) -> &Scene {
+        self.adjoint
+            .as_ref()
+            .map_or(&self.scene, |adjoint| &adjoint.scene)
+    }
+
+    /// The channels of walks, if they have several.
+    fn face_channels(&self) -> Option<FaceChannels<f64>> {
+        let own = || Some(self.colours()?.per_face(&self.scene));
+        self.adjoint
+            .as_ref()
+            .map_or_else(own, |adjoint| Some(adjoint.channels.clone()))
+    }
+
+    /// The weights of a sum of all channels, which is asked for beside them; none: of one channel, and of receivers.
+    fn weights(&self) -> &[f64] {
+        self.colours()
+            .map_or(&[], |colours| colours.names.weights())
+    }
 }
 
 impl Model for SceneModel {
@@ -291,14 +325,9 @@ impl Model for SceneModel {
         }
     }
 
-    /// The collision estimator, whose scores in all states lower the variance by more than their rays take time.
-    fn estimator(&self) -> Estimator {
-        Estimator::Collision
-    }
-
     /// h = k on all of them.
-    fn has_pairs(&self) -> bool {
-        false
+    fn pairs_to_choose(&self) -> &'static [Pairs] {
+        &[Pairs::Default]
     }
 
     fn last_steps(&self) -> LastSteps {
@@ -310,16 +339,18 @@ impl Model for SceneModel {
     }
 
     fn unit(&self) -> Option<&'static str> {
-        let heat = self.heat.as_ref().map(|_| "W/m2");
-        heat.or_else(|| self.colours.as_ref()?.names().unit())
-            .or(self.is_photometric.then_some("lm/m2"))
+        match &self.light {
+            Light::Grey => None,
+            Light::Photometric => Some("lm/m2"),
+            Light::Heat(_) => Some("W/m2"),
+            Light::Colours(colours) => colours.names.unit(),
+        }
     }
 
     fn irradiance_unit(&self) -> Option<&'static str> {
-        if self.is_photometric {
-            Some("lx")
-        } else {
-            self.unit()
+        match self.light {
+            Light::Photometric => Some("lx"),
+            _ => self.unit(),
         }
     }
 
@@ -328,20 +359,29 @@ impl Model for SceneModel {
     }
 
     fn channels(&self) -> &[String] {
-        self.colours.as_ref().map_or(&[], Colours::shared_names)
+        self.colours().map_or(&[], |colours| colours.names.shared())
+    }
+
+    /// The channels; of the way back as many as there are receivers.
+    fn shared(&self) -> usize {
+        let receivers = self.adjoint.as_ref().map(|adjoint| adjoint.known.len());
+        receivers.unwrap_or_else(|| self.channels().len().max(1))
+    }
+
+    fn is_adjoint(&self) -> bool {
+        self.adjoint.is_some()
+    }
+
+    fn adjoint(&self, goals: &[Goal]) -> Result<Box<dyn Model + '_>, Error> {
+        Ok(Box::new(Self {
+            adjoint: Some(Adjoint::new(self, goals)?),
+            ..self.clone()
+        }))
     }
 
     fn check_goals(&self, goals: &[Goal]) -> Result<(), Error> {
-        goals.iter().try_for_each(|goal| {
-            match regions::Place::new(&self.scene, &goal.region)? {
-                regions::Place::Facing(..) if self.colours.is_some() => Err(Error::Region {
-                    message: "what faces in a direction in the air has one channel so far: ask for a point, without \
-                              a direction, or for one channel alone"
-                        .to_owned(),
-                }),
-                _ => Ok(()),
-            }
-        })
+        let check = |goal: &Goal| Place::new(&self.scene, &goal.region).map(|_| ());
+        goals.iter().try_for_each(check)
     }
 
     /// There is no line through a scene that anybody would mean.
@@ -350,7 +390,7 @@ impl Model for SceneModel {
     }
 
     fn has_whole(&self) -> bool {
-        self.colours.is_none()
+        self.colours().is_none() && self.adjoint.is_none()
     }
 
     fn whole_has_points(&self) -> bool {
@@ -363,7 +403,7 @@ impl Model for SceneModel {
             let message = format!("in a scene functions on a cell have degree 0 to {MOST_DEGREE}");
             return refuse(Subject::Degree, message);
         }
-        if matches!(pairs, Pairs::Paper | Pairs::Theory | Pairs::Rays) {
+        if matches!(pairs, Pairs::Paper | Pairs::Rays) {
             let message = "the neighbour equation of a scene comes from rays alone, with h = k for all pairs of cells: \
                            leave `pairs` out";
             return refuse(Subject::Pairs, message.to_owned());
@@ -400,12 +440,8 @@ impl Model for SceneModel {
         matches!(region, Region::Spot(..) | Region::Point(_)) && !self.is_in_air(region)
     }
 
-    fn adjoint(&self, goals: &[Goal]) -> Result<Box<dyn Model + '_>, Error> {
-        Ok(Box::new(adjoint::BackModel::new(self, goals)?))
-    }
-
     fn derive(&self, goals: &[Goal], statistics: &[Statistics]) -> Derived {
-        match &self.colours {
+        match self.colours() {
             Some(colours) => self.of_channels(colours, goals, statistics),
             None => self.derived(goals, statistics),
         }
@@ -413,7 +449,7 @@ impl Model for SceneModel {
 
     /// The surfaces between which light or heat goes, of a scene with one channel: of several all follows from u.
     fn exchange(&self) -> Option<&dyn RadiativeExchange> {
-        self.colours.is_none().then_some(self)
+        self.colours().is_none().then_some(self)
     }
 
     /// Surfaces have two dimensions.

@@ -2,21 +2,20 @@
 
 use std::sync::Arc;
 
-use fredholm_core::galerkin::{Convergence, GalerkinError};
-use fredholm_core::sampled::{CellSteps, SampledSetup, SampledSolution, SetupOptions};
-use fredholm_core::{LastStep, NoNeighbour, Real, WithKnown};
-use fredholm_model::cost::{Cost, PointwisePairs, WalkCost};
+use fredholm_core::galerkin::functions;
+use fredholm_core::{LastStep, Real};
+use fredholm_model::cost::{Cost, WalkCost};
 use fredholm_model::{
-    Discretisation, Error, Goal, Pairs, Partitioned, Prepared, Request, SavedSystem, Scalar,
-    Subject, System, Then, WalkOptions, in_scalar,
+    Discretisation, Error, Goal, Pairs, Partitioned, Request, SavedSystem, Scalar, Subject, System,
+    Then, WalkOptions, in_scalar,
 };
-use fredholm_rayon::fill_rows;
-use fredholm_scene::{Cells, LastStepWork, Radiosity, Scene, Tables};
+use fredholm_scene::{Cells, Radiosity, Tables};
 
-use crate::of_degree;
-use crate::radius::{radius, second_moment_radius};
-use crate::system::{SceneSystem, with_job};
-use crate::{Colours, SceneModel};
+use crate::SceneModel;
+use crate::colours::FaceChannels;
+use crate::radius::{check_variance, radius};
+use crate::system::{SceneSystem, events};
+use crate::{of_degree, with_equation};
 
 /// About so many cells where nothing is said of them.
 const DEFAULT_CELLS: usize = 500;
@@ -26,9 +25,11 @@ const RAYS: usize = 1 << 22;
 const RAYS_OF_CELL: [usize; 2] = [256, 4096];
 /// Rays to each light from each cell, to know what share of it the cell sees.
 const SHARE_RAYS: u32 = 64;
+/// Rays to a light of which a cell sees a part.
+const PARTIAL: f64 = 4.0;
 /// Seconds of a ray in a set-up, on the machine that this and what follows was measured on.
-pub(crate) const RAY: f64 = 0.7e-6;
-/// Seconds of the form factor of a light that shines towards a point: in a last step for each of them.
+const RAY: f64 = 0.7e-6;
+/// Seconds of the form factor of a light: in a last step for each of them.
 const LIGHT: f64 = 0.35e-6;
 /// Seconds of plain walks, but for lights and for further rays to them.
 const PLAIN: WalkCost = WalkCost {
@@ -44,312 +45,228 @@ const WALK: WalkCost = WalkCost {
     ..PLAIN
 };
 
-/// The cells of a scene in f64, and what of each light each of them sees.
+/// The equation of walks: that of a scene with a last step to the light.
+pub(crate) type Walked<'a, F, C> = LastStep<'a, Radiosity<'a, F, C>>;
+
+/// The tables of walks in a scalar.
 #[derive(Debug)]
-pub(crate) struct Cut {
-    tables: Tables<f64>,
-    cells: Cells<f64>,
-    pub(crate) shares: Vec<u8>,
-    last_step: LastStepWork,
-    /// The number of cells that was asked for: in another scalar they are made by it again.
-    wanted: usize,
-    pub(crate) degree: usize,
-    pub(crate) scalar: Scalar,
+pub(crate) struct WalkTables<F> {
+    tables: Tables<F>,
+    pub(crate) cells: Cells<F>,
+    /// What of each light each cell sees.
+    pub(crate) shares: Arc<[u8]>,
+    pub(crate) channels: Option<FaceChannels<F>>,
 }
 
-impl Cut {
-    /// The number of cells.
-    pub(crate) const fn number(&self) -> usize {
-        self.cells.number()
-    }
-
-    pub(crate) fn radiosity(&self, absorption: f64) -> Result<Radiosity<'_, f64>, Error> {
-        let radiosity = Radiosity::new(self.tables.geometry(), &self.cells, absorption)?;
+impl<F: Real> WalkTables<F> {
+    /// The equation of one channel, from which [`with_equation`] makes that of all.
+    pub(crate) fn radiosity(&self) -> Result<Radiosity<'_, F>, Error> {
+        let radiosity = Radiosity::new(self.tables.geometry(), &self.cells)?;
         Ok(radiosity.with_visible_shares(&self.shares)?)
     }
 }
 
-/// The tables of walks in a scalar.
-pub(crate) struct WalkTables<F> {
-    tables: Tables<F>,
-    pub(crate) cells: Cells<F>,
+/// A cell of a face.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FaceCell {
+    pub(crate) face: u32,
+    pub(crate) area: f64,
 }
 
-impl<F: Real> WalkTables<F> {
-    pub(crate) fn new(scene: &Scene, cut: &Cut) -> Result<Self, Error> {
-        Ok(Self {
+/// The scene that walks go through, in cells.
+#[derive(Debug)]
+pub(crate) struct Cut<'m> {
+    pub(crate) model: &'m SceneModel,
+    /// The tables in f64.
+    pub(crate) wide: WalkTables<f64>,
+    /// The number of cells that was asked for: in another scalar they are made by it again.
+    wanted: usize,
+    pub(crate) degree: usize,
+    pub(crate) scalar: Scalar,
+    /// The cells of faces; those of the sky come behind them.
+    pub(crate) faces: Vec<FaceCell>,
+}
+
+impl<'m> Cut<'m> {
+    /// The number of cells, of which every patch of the sky is one.
+    pub(crate) const fn cells(&self) -> usize {
+        self.wide.cells.number()
+    }
+
+    pub(crate) const fn functions(&self) -> usize {
+        functions(2, self.degree)
+    }
+
+    /// The number of channels.
+    pub(crate) fn channels(&self) -> usize {
+        let own = self.wide.channels.as_ref();
+        own.map_or(1, |channels| channels.channels)
+    }
+
+    /// The tables of walks in a scalar.
+    pub(crate) fn tables<F: Real>(&self) -> Result<WalkTables<F>, Error> {
+        let scene = self.model.walked();
+        Ok(WalkTables {
             tables: Tables::new(scene),
-            cells: Cells::new(scene, cut.wanted)?,
+            cells: Cells::new(scene, self.wanted)?,
+            shares: Arc::clone(&self.wide.shares),
+            channels: self.wide.channels.as_ref().map(FaceChannels::rounded),
         })
     }
 
-    pub(crate) fn radiosity<'a>(
-        &'a self,
-        cut: &'a Cut,
-        absorption: f64,
-    ) -> Result<Radiosity<'a, F>, Error> {
-        let radiosity = Radiosity::new(self.tables.geometry(), &self.cells, absorption)?;
-        Ok(radiosity.with_visible_shares(&cut.shares)?)
+    /// Rays from every cell.
+    pub(crate) fn rays(&self) -> usize {
+        let [least, most] = RAYS_OF_CELL;
+        (RAYS / self.cells()).clamp(least, most)
     }
 }
 
-/// The set-up from rays, of B functions on a cell.
-type Setup<'a, S, const B: usize> =
-    SampledSetup<'a, Radiosity<'a, f64>, S, 2, B, Radiosity<'a, f64>>;
-
 /// A scene and its cells.
 #[derive(Debug)]
-pub(crate) struct ScenePartition<'m> {
-    pub(crate) model: &'m SceneModel,
-    pub(crate) cut: Arc<Cut>,
-}
+pub(crate) struct ScenePartition<'m>(pub(crate) Arc<Cut<'m>>);
 
 impl<'m> ScenePartition<'m> {
     pub(crate) fn new(
         model: &'m SceneModel,
         discretisation: &Discretisation,
     ) -> Result<Self, Error> {
-        let scene = model.scene();
+        let scene = model.walked();
         let wanted = discretisation.cells.unwrap_or(DEFAULT_CELLS);
-        let mut cut = Cut {
-            tables: Tables::new(scene),
-            cells: Cells::new(scene, wanted)?,
-            shares: Vec::new(),
-            last_step: LastStepWork {
-                lights: 0.0,
-                rays: 0.0,
+        let (tables, cells) = (Tables::new(scene), Cells::new(scene, wanted)?);
+        let radiosity = Radiosity::new(tables.geometry(), &cells)?;
+        let shares = radiosity.visible_shares(SHARE_RAYS).into();
+        let faces = (0..cells.number()).map_while(|cell| {
+            let (face, _) = radiosity.corners(cell)?;
+            let area = fredholm_core::galerkin::Cells::measure(&radiosity, cell);
+            Some(FaceCell { face, area })
+        });
+        let faces = faces.collect();
+        let channels = model.face_channels();
+        Ok(Self(Arc::new(Cut {
+            model,
+            wide: WalkTables {
+                tables,
+                cells,
+                shares,
+                channels,
             },
             wanted,
             degree: discretisation.degree,
             scalar: discretisation.scalar,
-        };
-        // q0 makes no difference to what is seen.
-        let radiosity = Radiosity::new(cut.tables.geometry(), &cut.cells, 0.5)?;
-        let shares = radiosity.visible_shares(SHARE_RAYS);
-        cut.last_step = radiosity.with_visible_shares(&shares)?.last_step_work();
-        cut.shares = shares;
-        Ok(Self {
-            model,
-            cut: Arc::new(cut),
-        })
+            faces,
+        })))
     }
 
-    /// Rays from every cell.
-    fn rays(&self) -> usize {
-        let [least, most] = RAYS_OF_CELL;
-        (RAYS / self.cut.cells.number()).clamp(least, most)
-    }
-
-    /// Bytes of v and c of a channel.
-    pub(crate) fn channel_memory(&self) -> usize {
-        let own = self.functions() * 4 * 8 + self.rays() / 4 * 16;
-        self.cut.number().saturating_mul(own)
-    }
-
-    fn functions(&self) -> usize {
-        of_degree!(self.cut.degree, B => B)
-    }
-
-    /// The set-up of v and c.
-    fn setup<'a, const B: usize>(
-        &self,
-        last: &'a LastStep<'a, Radiosity<'a, f64>>,
-    ) -> Setup<'a, LastStep<'a, Radiosity<'a, f64>>, B> {
-        self.setup_of(last.0, last)
-    }
-
-    /// The set-up of v and c of an equation with this source.
-    pub(crate) fn setup_of<'a, S, const B: usize>(
-        &self,
-        radiosity: &'a Radiosity<'a, f64>,
-        source: &'a S,
-    ) -> Setup<'a, S, B> {
-        SampledSetup {
-            problem: radiosity,
-            source,
-            events: radiosity,
-            options: SetupOptions {
-                samples: self.rays(),
-                ..SetupOptions::default()
-            },
-        }
-    }
-
-    /// v and c, cell by cell on all threads.
-    fn solve_in<const B: usize>(&self, absorption: f64) -> Result<SampledSolution, Error> {
-        let radiosity = self.cut.radiosity(absorption)?;
-        let last = LastStep(&radiosity);
-        let setup = self.setup::<B>(&last);
-        let mut steps: Vec<Option<CellSteps<B>>> = vec![None; self.cut.cells.number()];
-        fill_rows(&mut steps, 1, |cell, row| {
-            row.fill(Some(setup.steps(cell)?));
-            Ok::<(), GalerkinError>(())
-        })?;
-        let steps: Vec<CellSteps<B>> = steps.into_iter().flatten().collect();
-        let solved: (Vec<f64>, Convergence<f64>) = setup.solve(&steps)?;
-        let mut control: Vec<Vec<f64>> = vec![Vec::new(); steps.len()];
-        fill_rows(&mut control, 1, |cell, row| {
-            if let (Some(own), Some(steps)) = (row.first_mut(), steps.get(cell)) {
-                *own = setup.control(cell, steps, &solved.0)?;
-            }
-            Ok::<(), GalerkinError>(())
-        })?;
-        Ok(setup.solution(solved, control.concat()))
-    }
-
-    pub(crate) fn system(&self, absorption: f64) -> Result<SceneSystem<'m>, Error> {
-        let solution = of_degree!(self.cut.degree, B => self.solve_in::<B>(absorption)?);
-        Ok(SceneSystem {
-            model: self.model,
-            cut: Arc::clone(&self.cut),
-            solution,
-            radius_bound: radius(self.model.scene())?,
-        })
-    }
-
-    fn plain_in<F: Real>(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
-        let tables = WalkTables::<F>::new(self.model.scene(), &self.cut)?;
-        let radiosity = tables.radiosity(&self.cut, request.walk.absorption)?;
-        let last = LastStep(&radiosity);
-        let zeros = vec![0.0; request.goals.len()];
-        let none = NoNeighbour::<WithKnown<'_, LastStep<'_, Radiosity<'_, F>>>>::new();
-        let places = self.model.places(request)?;
-        with_job(
-            (self.model, &places),
-            (&radiosity, &last, &none),
-            request,
-            // Walks that follow no neighbour equation have 0 in place of v.
-            &vec![Some(0.0); places.len()],
-            &mut |job| then(&Prepared::plain(job, &zeros)),
-        )
+    pub(crate) fn system(&self) -> Result<SceneSystem<'m>, Error> {
+        let cut = &self.0;
+        let solution = with_equation!(cut.wide, equation => {
+            of_degree!(cut.degree, B => cut.solve::<_, B>(equation)?)
+        });
+        SceneSystem::new(cut, solution)
     }
 }
 
 impl<'m> Partitioned<'m> for ScenePartition<'m> {
     fn cells(&self) -> usize {
-        self.cut.cells.number()
+        self.0.cells()
     }
 
     fn unknowns(&self) -> usize {
-        self.cells().saturating_mul(self.functions())
+        self.cells().saturating_mul(self.0.functions())
     }
 
     fn memory(&self, goals: &[Goal], _: Pairs) -> usize {
-        let (functions, rays) = (self.functions(), self.rays());
+        let (functions, rays) = (self.0.functions(), self.0.rays());
         // Of every ray its cell and values, and at most as many blocks of a row; of c a quarter of the rays' number.
         let ray = 4 + 4 * functions;
         let block = 8 + 8 * functions * functions;
-        let events = SetupOptions::default().events * (1 + functions) * 16;
-        let row = rays * ray + rays.min(self.cells()) * block + rays / 4 * 16 + events;
-        let channels = self.model.colours().map_or(0, Colours::channels);
-        let vectors = functions * 4 * 8;
+        let row = rays * ray + rays.min(self.cells()) * block;
+        let of_channel = functions * 4 * 8 + rays / 4 * 16 + events() * (1 + functions) * 16;
         self.cells()
-            .saturating_mul(row + vectors)
-            .saturating_add(self.channel_memory().saturating_mul(channels))
+            .saturating_mul(row.saturating_add(of_channel.saturating_mul(self.0.channels())))
             .saturating_add(goals.len().saturating_mul(1024))
     }
 
     fn cost(&self, _: Pairs) -> Cost {
-        let LastStepWork { lights, rays } = self.cut.last_step;
-        let (number, lights) = (lights, LIGHT * lights);
+        let (model, shares) = (self.0.model, &*self.0.wide.shares);
+        let number = self.0.wide.cells.tables().lights.len() as f64;
+        let lights = LIGHT * number;
         // The first ray is one of the score.
-        let further = RAY * (rays - 1.0).max(0.0);
+        let partial = shares.iter().filter(|share| !matches!(share, 0 | 255));
+        let further = (PARTIAL - 1.0) * RAY * partial.count() as f64 / shares.len().max(1) as f64;
         let with_lights = |cost: WalkCost| WalkCost {
             score: cost.score + lights + further,
             ..cost
         };
         // A ray, one to a light, and the two fits; and what share of every light is seen.
-        let shares = f64::from(SHARE_RAYS) * number * (RAY + LIGHT);
-        let of_cell = self.rays() as f64 * (3.0 * RAY + lights + further) + shares;
-        let cost = Cost {
+        let of_shares = f64::from(SHARE_RAYS) * number * (RAY + LIGHT);
+        let of_cell = self.0.rays() as f64 * (3.0 * RAY + lights + further) + of_shares;
+        let mut cost = Cost {
             setup: self.cells() as f64 * of_cell,
             source: 0.0,
             kept: 0.0,
-            moments: 0.0,
-            moments_power: 0.0,
             walk: with_lights(WALK),
             plain: with_lights(PLAIN),
             light: 0.0,
         };
-        match self.model.colours() {
-            Some(colours) => cost.shared(colours.shared_names().len(), colours.channels()),
-            None => cost,
+        match (&model.adjoint, model.colours()) {
+            (Some(adjoint), _) => {
+                // What a source gives to receivers directly is a score, and its first ray a step.
+                let first = cost.plain.score + cost.plain.step;
+                cost.plain.start += first;
+                cost.walk.start += first + adjoint.looks * RAY;
+                cost.shared(adjoint.goals.len(), self.0.channels())
+            }
+            (None, Some(colours)) => cost.shared(colours.names.shared().len(), self.0.channels()),
+            (None, None) => cost,
         }
     }
 
     fn evaluations(&self, _: u32) -> f64 {
-        (self.cells() * self.rays()) as f64
+        (self.cells() * self.0.rays()) as f64
     }
 
-    fn plain_radius(&self, absorption: f64) -> Result<f64, Error> {
-        second_moment_radius(self.model.scene(), absorption)
+    fn plain_radius(&self) -> Result<f64, Error> {
+        radius(&self.0.model.scene, 2, 1.0)
     }
 
+    /// h = k.
     fn check_variance(&self, walk: &WalkOptions) -> Result<(), Error> {
-        let absorption = walk.absorption;
-        // h = k.
-        fredholm_model::finite::check_plain("reflectance²/(1 − absorption)", absorption, || {
-            self.plain_radius(absorption)
-        })
+        check_variance(&self.0.model.scene, walk.absorption)
     }
 
     fn check_examination(&self) -> Result<(), Error> {
-        match self.model.colours() {
-            Some(_) => Err(no_prediction()),
-            None => Ok(()),
+        if self.0.wide.channels.is_none() {
+            return Ok(());
         }
+        Err(Error::Option {
+            subject: Subject::Problem,
+            message: "variances of walks in several channels, or on the way back, are not predicted: give `cells` and \
+                      `walks`, or an error"
+                .to_owned(),
+        })
     }
 
-    fn solve(&self, absorption: f64) -> Result<Box<dyn System + 'm>, Error> {
-        if let Some(colours) = self.model.colours() {
-            return Ok(Box::new(self.coloured_system(colours, absorption)?));
-        }
-        Ok(Box::new(self.system(absorption)?))
+    fn solve(&self) -> Result<Box<dyn System + 'm>, Error> {
+        Ok(Box::new(self.system()?))
     }
 
     fn restore(&self, saved: SavedSystem<'m>) -> Result<Box<dyn System + 'm>, Error> {
-        let solution = of_degree!(self.cut.degree, B => {
-            // No absorption matters to the numbers of boxes and functions.
-            let radiosity = self.cut.radiosity(0.5)?;
-            let last = LastStep(&radiosity);
-            let setup = self.setup::<B>(&last);
-            let coefficients = self.cells() * setup.coefficients();
-            let solution = saved.fitting(self.unknowns(), Some(coefficients), Some(0))?;
-            setup.solution(
-                (solution.v, solution.convergence),
-                saved.coefficients.into_owned(),
-            )
-        });
-        Ok(Box::new(SceneSystem {
-            model: self.model,
-            cut: Arc::clone(&self.cut),
-            solution,
-            radius_bound: radius(self.model.scene())?,
-        }))
+        let cut = &self.0;
+        let unknowns = self.unknowns().saturating_mul(cut.channels());
+        let solution = with_equation!(cut.wide, equation => of_degree!(cut.degree, B => {
+            let setup = cut.setup::<_, B>(equation);
+            let coefficients = self.cells().saturating_mul(setup.coefficients());
+            let solution = saved.fitting(unknowns, Some(coefficients), Some(0))?;
+            setup.restore(solution.v, saved.coefficients.into_owned(), solution.convergence)?
+        }));
+        Ok(Box::new(SceneSystem::new(cut, solution)?))
     }
 
     fn plain_job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
-        match self.model.colours() {
-            Some(colours) => {
-                in_scalar!(self.cut.scalar, F => self.plain_colours::<F>(colours, request, then))
-            }
-            None => in_scalar!(self.cut.scalar, F => self.plain_in::<F>(request, then)),
-        }
+        in_scalar!(self.0.scalar, F => {
+            let tables = self.0.tables::<F>()?;
+            with_equation!(tables, equation => self.0.job(equation, None, request, then))
+        })
     }
 }
-
-/// What is said where variances would be predicted.
-pub(crate) fn no_prediction() -> Error {
-    Error::Option {
-        subject: Subject::Problem,
-        message: "variances of walks in several channels, or on the way back, are not predicted: give `cells` and `walks`, or an \
-                  error"
-            .to_owned(),
-    }
-}
-
-/// No pair is pointwise by itself: all have h = k.
-pub(crate) const NO_PAIRS: PointwisePairs = PointwisePairs {
-    seen: 0.0,
-    hidden: 0.0,
-};

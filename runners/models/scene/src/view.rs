@@ -3,23 +3,18 @@
 use std::time::Instant;
 
 use fredholm_core::{
-    Batch, DefaultGenerator, LastStep, NoNeighbour, Real, RngUniforms, Uniforms as _, WalkSeeds,
-    WithKnown,
+    Batch, DefaultGenerator, Equation as _, Functional, Goal, Goals, LastStep, Real, RngUniforms,
+    Start, StartOf, Uniforms, Value as _, WalkSeeds,
 };
-use fredholm_model::channels;
-use fredholm_model::{
-    BLANK, Discretisation, Error, Model as _, Partitioned, Spot, WalkOptions, in_scalar,
-};
+use fredholm_model::{BLANK, Discretisation, Error, Partitioned, Spot, WalkOptions, in_scalar};
 use fredholm_rayon::{Observer, fill_rows};
-use fredholm_scene::{Coloured, Radiosity};
+use fredholm_scene::{Point, Radiosity, Tint};
 
-use crate::SceneModel;
 use crate::camera::Camera;
-use crate::channels::{FaceTables, with_neighbours};
-use crate::coloured::ColouredSystem;
-use crate::partition::{ScenePartition, WalkTables};
-use crate::pixel::{AllChannels, OneChannel, Pixel, PixelWalks};
-use crate::system::{SceneSystem, with_neighbour};
+use crate::partition::{ScenePartition, Walked};
+use crate::system::{AnyNeighbour, SceneSystem};
+use crate::walks::{Wide, with_sum};
+use crate::{SceneModel, with_equation};
 
 /// Which numbers of a picture are wanted, and how.
 #[derive(Clone, Copy, Debug)]
@@ -45,27 +40,6 @@ pub struct View {
     pub seconds: f64,
 }
 
-impl View {
-    /// The names of a pixel's [numbers](Self::numbers) in a table: values and standard errors, of all channels if there are several.
-    #[must_use]
-    pub fn names(scene: &SceneModel) -> Vec<String> {
-        channels::columns(scene.channels(), "seen")
-    }
-
-    /// The value and the standard error of a pixel, in every channel and then for their sum if there are several; NaN where nothing is
-    /// seen, and where there is no such pixel.
-    #[must_use]
-    pub fn numbers(&self, pixel: usize) -> Vec<f64> {
-        channels::numbers(&self.channels, &self.pixels, pixel)
-    }
-
-    /// Red, green and blue of every pixel, if these are the channels of the scene.
-    #[must_use]
-    pub fn colours(&self, scene: &SceneModel) -> Option<[Vec<f64>; 3]> {
-        channels::colours(scene.channels(), &self.channels)
-    }
-}
-
 impl SceneModel {
     /// Estimates the pixels of a picture, without bias, and, if they are wanted, those by plain walks that take as long.
     /// `walking` is called when walks begin.
@@ -86,133 +60,115 @@ impl SceneModel {
         let start = Instant::now();
         let cells = ScenePartition::new(self, discretisation)?;
         cells.check_variance(request.walk)?;
-        let absorption = request.walk.absorption;
-        let making = Making {
-            request,
-            watch,
-            start,
-        };
-        if let Some(colours) = self.colours() {
-            let system = cells.coloured_system(colours, absorption)?;
-            walking();
-            return in_scalar!(discretisation.scalar, F => making.of_colours::<F>(&system));
-        }
-        let system = cells.system(absorption)?;
+        let system = cells.system()?;
         walking();
-        in_scalar!(discretisation.scalar, F => making.of_one::<F>(&system))
+        in_scalar!(discretisation.scalar, F => {
+            let tables = system.cut.tables::<F>()?;
+            with_equation!(tables, equation => views(equation, &system, (request, watch), start))
+        })
     }
 }
 
-/// A view that is asked for, since when, and who watches.
-#[derive(Clone, Copy)]
-struct Making<'a> {
-    request: &'a ViewRequest<'a>,
-    watch: &'a dyn Observer,
+/// The view, and beside it that of plain walks, if it is wanted.
+fn views<F: Real, C: Tint<F>>(
+    equation: &Walked<'_, F, C>,
+    system: &SceneSystem<'_>,
+    (request, watch): (&ViewRequest<'_>, &dyn Observer),
     start: Instant,
+) -> Result<(View, Option<View>), Error> {
+    let cut = &system.cut;
+    let vectors = system.solution.for_walks::<F>()?;
+    let neighbour = cut.neighbour(Some(&vectors), equation)?;
+    let walker = Walker {
+        request,
+        watch,
+        weights: cut.model.weights(),
+        equation,
+        neighbour: &*neighbour,
+        is_plain: false,
+    };
+    let view = walker.view(start, request.walk.walks)?;
+    if !request.beside_plain {
+        return Ok((view, None));
+    }
+    let none = cut.neighbour(None, equation)?;
+    let plain = Walker {
+        neighbour: &*none,
+        is_plain: true,
+        ..walker
+    };
+    let one = plain.view(Instant::now(), 1)?;
+    let walks = (view.seconds / one.seconds).round().max(1.0) as u64;
+    Ok((view, Some(plain.view(Instant::now(), walks)?)))
 }
 
-impl Making<'_> {
-    fn of_one<F: Real>(&self, system: &SceneSystem<'_>) -> Result<(View, Option<View>), Error> {
-        let tables = WalkTables::<F>::new(system.model.scene(), &system.cut)?;
-        let radiosity = tables.radiosity(&system.cut, self.request.walk.absorption)?;
-        let last = LastStep(&radiosity);
-        let vectors = system.solution.for_walks::<F>()?;
-        let mut view = None;
-        with_neighbour(system.cut.degree, &vectors, &last, &mut |neighbour| {
-            let walks = OneChannel {
-                last: &last,
-                neighbour,
-                walk: self.request.walk,
-                is_plain: false,
-            };
-            view = Some(self.view(&radiosity, &walks)?);
-            Ok(())
-        })?;
-        let none = NoNeighbour::<WithKnown<'_, LastStep<'_, Radiosity<'_, F>>>>::new();
-        let plain = OneChannel {
-            last: &last,
-            neighbour: &none,
-            walk: self.request.walk,
-            is_plain: true,
-        };
-        self.beside(view, &radiosity, &plain)
+/// Points of a pixel among which one is sought that sees something.
+const TRIES: u32 = 4096;
+
+/// Where walks of a pixel start.
+struct Pixel<F> {
+    from: [F; 3],
+    /// The direction to the pixel's upper left corner, and the vectors from there to the corners beside it.
+    corner: [F; 3],
+    spans: [[F; 3]; 2],
+    /// Whether walks start in the part of it that sees something, and nowhere else.
+    is_partial: bool,
+    /// Whether the mean of what starts know is told elsewhere.
+    is_known: bool,
+}
+
+impl<F: Real> Pixel<F> {
+    /// What is seen through the point with these coordinates in the pixel.
+    fn at<C>(&self, radiosity: &Radiosity<'_, F, C>, [s, t]: [F; 2]) -> Option<Point<F>> {
+        let [p, q] = self.spans;
+        let to: [F; 3] = core::array::from_fn(|k| self.corner[k] + s * p[k] + t * q[k]);
+        let length = (to[0] * to[0] + to[1] * to[1] + to[2] * to[2]).sqrt();
+        radiosity.seen_through_backs(self.from, to.map(|x| x / length))
     }
 
-    fn of_colours<F: Real>(
-        &self,
-        system: &ColouredSystem<'_>,
-    ) -> Result<(View, Option<View>), Error> {
-        let absorption = self.request.walk.absorption;
-        let tables = WalkTables::<F>::new(system.model.scene(), &system.cut)?;
-        let faces = FaceTables::new(&system.per_face);
-        let coloured = faces.of(tables.radiosity(&system.cut, absorption)?)?;
-        let of_channels = system.solved.tables::<F>(system.cut.degree)?;
-        let weights = system.colours.weights();
-        let mut view = None;
-        let to = (&coloured, weights);
-        with_neighbours(system.cut.degree, &of_channels, to, &mut |neighbours| {
-            let walks = AllChannels {
-                coloured: &coloured,
-                weights,
-                neighbours,
-                walk: self.request.walk,
-                is_plain: false,
-            };
-            view = Some(self.view(coloured.radiosity(), &walks)?);
-            Ok(())
-        })?;
-        let none = NoNeighbour::<Coloured<'_, F>>::new();
-        let plain = AllChannels {
-            coloured: &coloured,
-            weights,
-            neighbours: &none,
-            walk: self.request.walk,
-            is_plain: true,
-        };
-        self.beside(view, coloured.radiosity(), &plain)
+    /// How many of its corners and its middle see something, of five.
+    fn looks<C>(&self, radiosity: &Radiosity<'_, F, C>) -> usize {
+        let looks = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0], [0.5, 0.5]];
+        let seen = looks.map(|at| self.at(radiosity, at.map(F::from_f64)).is_some());
+        seen.into_iter().filter(|seen| *seen).count()
     }
 
-    fn view<F: Real>(
+    /// What is seen through a random point of it, or of its part that sees something.
+    fn draw<C, U: Uniforms<F>>(
         &self,
-        radiosity: &Radiosity<'_, F>,
-        walks: &dyn PixelWalks<F>,
-    ) -> Result<View, Error> {
-        let walker = Walker {
-            making: self,
-            radiosity,
-            walks,
-        };
-        walker.view(self.start, self.request.walk.walks)
+        radiosity: &Radiosity<'_, F, C>,
+        uniforms: &mut U,
+    ) -> Option<Point<F>> {
+        let tries = if self.is_partial { TRIES } else { 1 };
+        (0..tries).find_map(|_| self.at(radiosity, [uniforms.uniform(), uniforms.uniform()]))
     }
+}
 
-    /// The view, and beside it that of plain walks that take as long, if it is wanted.
-    fn beside<F: Real>(
+impl<'e, 'r, F: Real, C: Tint<F>> Functional<LastStep<'e, Radiosity<'r, F, C>>> for Pixel<F> {
+    fn start<U: Uniforms<F>>(
         &self,
-        view: Option<View>,
-        radiosity: &Radiosity<'_, F>,
-        plain: &dyn PixelWalks<F>,
-    ) -> Result<(View, Option<View>), Error> {
-        let view = view.ok_or(Error::Internal("no walks were made"))?;
-        if !self.request.beside_plain {
-            return Ok((view, None));
+        equation: &LastStep<'e, Radiosity<'r, F, C>>,
+        uniforms: &mut U,
+    ) -> StartOf<Radiosity<'r, F, C>> {
+        let seen = self.draw(equation.0, uniforms);
+        let start = equation.0.start_at(seen, F::from_f64(1.0));
+        match self.is_known {
+            true => Start::of(equation, start.point, start.phi),
+            false => start,
         }
-        let plain = Walker {
-            making: self,
-            radiosity,
-            walks: plain,
-        };
-        let one = plain.view(Instant::now(), 1)?;
-        let walks = (view.seconds / one.seconds).round().max(1.0) as u64;
-        let plain = plain.view(Instant::now(), walks)?;
-        Ok((view, Some(plain)))
     }
 }
 
 /// Walks of one kind.
-struct Walker<'w, F> {
-    making: &'w Making<'w>,
-    radiosity: &'w Radiosity<'w, F>,
-    walks: &'w dyn PixelWalks<F>,
+struct Walker<'w, F: Real, C: Tint<F>> {
+    request: &'w ViewRequest<'w>,
+    watch: &'w dyn Observer,
+    /// The weights of a sum of channels, if it is wanted.
+    weights: &'w [f64],
+    equation: &'w Walked<'w, F, C>,
+    neighbour: &'w AnyNeighbour<'w, F, C::Value>,
+    /// Whether they follow no neighbour equation.
+    is_plain: bool,
 }
 
 /// Parts of a pixel along both sides, through each of which a ray looks for what is known there.
@@ -220,15 +176,16 @@ const PARTS: u32 = 8;
 /// Pixels whose estimates one thread makes in one go.
 const ROW: usize = 64;
 
-impl<F: Real> Walker<'_, F> {
-    /// All pixels from so many walks each.
+impl<F: Real, C: Tint<F>> Walker<'_, F, C> {
+    /// All pixels from a number of walks each.
     fn view(&self, start: Instant, walks: u64) -> Result<View, Error> {
-        let camera = self.making.request.camera;
+        let camera = self.request.camera;
         let [width, height] = camera.size;
         let [ahead, right, above] = camera.frame();
         let vector = |of: &dyn Fn(usize) -> f64| core::array::from_fn(|k| F::from_f64(of(k)));
         let (across, down) = (2.0 / width as f64, -2.0 / height as f64);
-        let means = self.walks.means();
+        let has_sum = usize::from(!self.weights.is_empty());
+        let means = self.equation.channels() + has_sum;
         let mut spots = vec![BLANK; width * height * means];
         fill_rows(&mut spots, ROW * means, |row, spots| {
             for (i, to) in spots.chunks_mut(means).enumerate() {
@@ -236,19 +193,17 @@ impl<F: Real> Walker<'_, F> {
                 let x = across * (number % width) as f64 - 1.0;
                 let y = down * (number / width) as f64 + 1.0;
                 let mut pixel = Pixel {
-                    radiosity: self.radiosity,
                     from: camera.from.map(F::from_f64),
                     corner: vector(&|k| ahead[k] + x * right[k] + y * above[k]),
                     spans: [vector(&|k| across * right[k]), vector(&|k| down * above[k])],
                     is_partial: false,
+                    is_known: !self.is_plain,
                 };
-                self.making.watch.walked(walks);
-                match pixel.looks() {
-                    0 => to.fill(BLANK),
-                    looks => {
-                        pixel.is_partial = looks < 5;
-                        self.walk(&pixel, number, walks, to)?;
-                    }
+                self.watch.walked(walks);
+                let looks = pixel.looks(self.equation.0);
+                pixel.is_partial = looks < 5;
+                if looks > 0 {
+                    self.walk(pixel, number as u64, walks, to)?;
                 }
             }
             Ok::<(), Error>(())
@@ -263,80 +218,71 @@ impl<F: Real> Walker<'_, F> {
         })
     }
 
-    /// The means over a pixel of v and of what is known besides, and the standard errors of both together: of rays through
-    /// equal parts of it, so that edges are smooth, or through random points of the part that sees something. Neighbours tell
-    /// what each varies by.
-    fn looks(&self, pixel: &Pixel<'_, F>, number: usize) -> ([Vec<f64>; 2], Vec<f64>) {
+    /// The goal of a pixel with the means of v and of what is known besides, and their standard errors: of rays through equal parts of
+    /// it, so that edges are smooth, or through random points of the part that sees something. Neighbours tell what each varies
+    /// by. Of plain walks both are 0.
+    fn goal(&self, pixel: Pixel<F>, number: u64, errors: &mut [f64]) -> Goal<Pixel<F>, Wide<F, C>> {
+        let radiosity = self.equation.0;
         // Other numbers than those of any walk.
-        let seed = self.making.request.walk.seed;
-        let seeds = WalkSeeds::<DefaultGenerator>::new(seed, !(number as u64));
+        let seeds = WalkSeeds::<DefaultGenerator>::new(self.request.walk.seed, !number);
         let mut draws = RngUniforms(seeds.generator(0));
-        let zeros = || vec![0.0; self.walks.means()];
-        let [mut v, mut known, mut before, mut squares] = [(); 4].map(|()| zeros());
-        let mut looks = [zeros(), zeros()];
+        let nothing = Wide::<F, C>::splat(self.equation.channels(), 0.0);
+        let [mut v, mut known, mut before] = [nothing; 3];
         let part = F::from_f64(1.0 / f64::from(PARTS));
-        for i in 0..PARTS * PARTS {
+        for i in 0..if self.is_plain { 0 } else { PARTS * PARTS } {
             let seen = if pixel.is_partial {
-                Some(pixel.draw(&mut draws))
+                pixel.draw(radiosity, &mut draws)
             } else {
-                let [s, t]: [F; 2] = [draws.uniform(), draws.uniform()];
-                pixel.at([
-                    (F::from_u32(i % PARTS) + s) * part,
-                    (F::from_u32(i / PARTS) + t) * part,
-                ])
+                let within = [i % PARTS, i / PARTS];
+                pixel.at(
+                    radiosity,
+                    within.map(|i| (F::from_u32(i) + draws.uniform()) * part),
+                )
             };
-            v.fill(0.0);
-            known.fill(0.0);
-            if let Some(seen) = seen {
-                self.walks.look(seen, [&mut v, &mut known]);
+            let start = radiosity.start_at(seen, F::from_f64(1.0));
+            let at = self.neighbour.locate(start.point);
+            let of_v = self.neighbour.value(&at).scaled(start.phi).wide();
+            let value = of_v.plus(&start.known.wide());
+            (v, known) = (v.plus(&of_v), known.plus(&start.known.wide()));
+            if i % 2 == 1 {
+                let off = with_sum(&value.minus(&before), self.weights);
+                let sums = errors.iter_mut().zip(off);
+                sums.for_each(|(sum, off)| *sum += off * off);
             }
-            for (mean, (v, known)) in v.iter().zip(&known).enumerate() {
-                looks[0][mean] += v;
-                looks[1][mean] += known;
-                let value = v + known;
-                if i % 2 == 1 {
-                    squares[mean] += (value - before[mean]) * (value - before[mean]);
-                }
-                before[mean] = value;
-            }
+            before = value;
         }
         let count = f64::from(PARTS * PARTS);
-        let looks = looks.map(|sums| sums.into_iter().map(|sum| sum / count).collect());
-        let errors = squares.into_iter().map(|squares| squares.sqrt() / count);
-        (looks, errors.collect())
+        errors.iter_mut().for_each(|sum| *sum = sum.sqrt() / count);
+        Goal {
+            functional: pixel,
+            control_mean: Some(v.scaled(1.0 / count)),
+            known: known.scaled(1.0 / count),
+        }
     }
 
     /// A few walks of one pixel.
-    fn walk(
-        &self,
-        pixel: &Pixel<'_, F>,
-        number: usize,
-        walks: u64,
-        to: &mut [Spot],
-    ) -> Result<(), Error> {
-        if self.making.watch.cancelled() {
+    fn walk(&self, pixel: Pixel<F>, number: u64, walks: u64, to: &mut [Spot]) -> Result<(), Error> {
+        if self.watch.cancelled() {
             return Err(Error::Cancelled);
         }
-        let is_plain = self.walks.is_plain();
-        let looks = (!is_plain).then(|| self.looks(pixel, number));
+        let mut errors = vec![0.0; to.len()];
+        let goal = self.goal(pixel, number, &mut errors);
+        let options = self.request.walk.for_core();
+        let job = Goals::new(self.equation, self.neighbour, &[], options).with_sum(self.weights);
         let mut batches = vec![Batch::new(0, walks, walks); to.len()];
-        let means = looks.as_ref().map(|(means, _)| means);
-        self.walks
-            .run(pixel, number as u64, means, &mut batches)
+        job.run_goal(&goal, number, &mut batches, u64::MAX)
             .map_err(|error| Error::Picture(format!("pixel {number}: {error}")))?;
-        for (mean, (batch, to)) in batches.iter_mut().zip(to).enumerate() {
-            if let Some((_, errors)) = &looks {
-                batch.set_control_error(errors[mean]);
-            }
+        for ((batch, to), error) in batches.iter().zip(to).zip(errors) {
             let statistics = batch.statistics();
             if statistics.terminations().step_limit > 0 {
-                let why = "a walk met the step limit, so that a picture would be biased: use a larger `absorption`";
+                let why = "a walk met the step limit, so that a picture would be biased: too little is absorbed";
                 return Err(Error::Picture(why.to_owned()));
             }
-            *to = match is_plain {
+            *to = match self.is_plain {
                 true => statistics.plain().into(),
                 false => statistics.preconditioned().into(),
             };
+            to.error = to.error.hypot(error);
         }
         Ok(())
     }

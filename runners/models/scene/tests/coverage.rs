@@ -1,11 +1,10 @@
 //! Error bars of scenes are honest: how many intervals of 1.96 standard errors contain the exact value.
 //!
-//! `FREDHOLM_LONG=1`: 1,000 seeds, as in docs/coverage.md; else 100. `--nocapture` prints the shares.
+//! `FREDHOLM_LONG=1`: 1,000 seeds; else 100. `--nocapture` prints the shares.
 
-use fredholm::scene::{Enclosure, Material, NamedSurface, shapes};
-use fredholm::{Estimator, Goal, Model, Scalar, SceneModel, Settings};
-use fredholm_core::{Batch, Estimate};
-use fredholm_model::Request;
+use fredholm_core::{Absorption, Batch, Estimate, Estimator};
+use fredholm_model::{Goal, Model, Request, Scalar, Settings, WalkOptions};
+use fredholm_scene_model::{Enclosure, Material, NamedSurface, SceneModel, shapes};
 
 const RHO: f64 = 0.6;
 const LIGHT: f64 = 20.0;
@@ -62,15 +61,22 @@ fn intervals_contain_the_exact_value() {
             ..Settings::default()
         };
         let cells = model.partition(&settings.discretisation()).unwrap();
-        let system = cells.solve(0.25).unwrap();
+        let system = cells.solve().unwrap();
         let goals = [Goal::new("all", model.whole())];
-        for estimator in [Estimator::Absorption, Estimator::Collision] {
+        let constant = |estimator| Absorption::Constant {
+            probability: 0.25,
+            estimator,
+        };
+        for absorption in [
+            Absorption::Roulette,
+            constant(Estimator::Absorption),
+            constant(Estimator::Collision),
+        ] {
             let mut covered = [0; 2];
             for seed in 1..=seeds {
-                let walk = fredholm::WalkOptions {
+                let walk = WalkOptions {
                     seed,
-                    estimator,
-                    absorption: 0.25,
+                    absorption,
                     ..settings.walk_options()
                 };
                 let request = Request {
@@ -80,9 +86,9 @@ fn intervals_contain_the_exact_value() {
                 };
                 system
                     .job(&request, &mut |prepared| {
-                        let mut batch = Batch::new(0, WALKS, WALKS);
-                        prepared.job.run(0, &mut batch, WALKS).unwrap();
-                        let statistics = batch.statistics();
+                        let mut batches = [Batch::new(0, WALKS, WALKS)];
+                        prepared.job.run(0, &mut batches, WALKS).unwrap();
+                        let statistics = batches[0].statistics();
                         let both = [statistics.plain(), statistics.preconditioned()];
                         for (count, estimate) in covered.iter_mut().zip(both) {
                             *count += u64::from(is_covered(estimate, *exact));
@@ -95,11 +101,11 @@ fn intervals_contain_the_exact_value() {
             for (kind, count) in ["plain", "preconditioned"].into_iter().zip(covered) {
                 let share = count as f64 / n;
                 println!(
-                    "{name:8} {estimator:?} {kind:15} {:.1} % of {seeds}",
+                    "{name:8} {absorption:?} {kind:15} {:.1} % of {seeds}",
                     100.0 * share
                 );
-                // Of eight shares none is 3.5 standard deviations off in 996 of 1,000 files like this; few walks of skewed
-                // scores cost up to half a per cent of coverage (docs/coverage.md).
+                // Of twelve shares none is 3.5 standard deviations off in 994 of 1,000 files like this; few walks of skewed
+                // scores cost up to half a per cent of coverage.
                 let allowed = 3.5 * (0.95 * 0.05 / n).sqrt() + 0.005;
                 assert!((share - 0.95).abs() < allowed, "{share}");
             }

@@ -241,11 +241,16 @@ class Problem:
         cells: Optional[int] = None,
         degree: Optional[int] = None,
         pairs: Optional[str] = None,
+        lift: Optional[int] = None,
         absorption: Optional[float] = None,
         estimator: Optional[str] = None,
         form: Optional[str] = None,
+        sequence: Optional[str] = None,
+        forced_steps: Optional[int] = None,
+        last_step: Optional[bool] = None,
+        adjoint: Optional[bool] = None,
+        global_: Optional[bool] = None,
         scalar: Optional[str] = None,
-        exact_source: Optional[bool] = None,
         allow_infinite_variance: bool = False,
         seed: Optional[int] = None,
         batch: Optional[int] = None,
@@ -281,13 +286,20 @@ class Problem:
             The number of walks of a target; with ``target_error``, the most.
         cells, degree : int
             Cells (of a cube, per axis) and degree of the Galerkin solution.
-        pairs, estimator, form, scalar : str
-            Pairs of cells ("default", "paper", "pointwise", "theory", "rays"), "absorption" or "collision", "residual"
-            or "product", "f64" or "f32".
+        pairs, form, sequence, scalar : str
+            Pairs of cells ("default", "paper", "pointwise", "rays"), "residual" or "product", "random" or "sobol", "f64" or
+            "f32".
+        lift : int
+            The degree to which the Galerkin solution is lifted; 0 for none.
         absorption : float
-            The probability that a walk is absorbed in a state.
-        exact_source : bool
-            Whether the neighbour equation of a cube has the source F itself.
+            The probability that a walk is absorbed in a state; walks end by roulette if it is not given.
+        estimator : str
+            What walks with a constant absorption score: "absorption" or "collision".
+        forced_steps : int
+            The number of first states in which walks are not absorbed.
+        last_step, adjoint, global_ : bool
+            Whether the last step leads to the light, whether walks go from the sources to the receivers, and whether one set of
+            walks answers all targets.
         allow_infinite_variance : bool
             Whether walks of infinite variance are made, whose error bars mean nothing.
         seed, batch : int
@@ -327,11 +339,16 @@ class Problem:
             "cells": cells,
             "degree": degree,
             "pairs": pairs,
+            "lift": lift,
             "absorption": absorption,
             "estimator": estimator,
             "form": form,
+            "sequence": sequence,
+            "forced_steps": forced_steps,
+            "last_step": last_step,
+            "adjoint": adjoint,
+            "global_": global_,
             "scalar": scalar,
-            "exact_source": exact_source,
             "allow_infinite_variance": allow_infinite_variance or None,
             "seed": seed,
             "batch": batch,
@@ -416,7 +433,7 @@ class Problem:
         return Sweep(*self._task(targets).sweep([int(n) for n in cells], int(walks), settings))
 
     def field(self, grid: Optional[int] = None, *, at: Optional[Any] = None, **options: Any) -> Field:
-        """The whole function u at many points from one set of walks, with a band that holds at all of them together.
+        """The global estimate: u at many points from one set of walks, with a band that holds at all of them together.
 
         Functions of arrays are called for one point at a time here, which is slow.
 
@@ -470,17 +487,22 @@ class Problem:
 
 _SETTINGS = {
     "absorption",
+    "adjoint",
     "allow_infinite_variance",
     "batch",
     "cells",
     "degree",
     "estimator",
-    "exact_source",
+    "forced_steps",
     "form",
+    "global_",
+    "last_step",
+    "lift",
     "pairs",
     "relative",
     "scalar",
     "seed",
+    "sequence",
     "target_error",
     "threads",
     "time_limit",

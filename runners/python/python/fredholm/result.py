@@ -212,12 +212,15 @@ class Result:
 
 @dataclass(frozen=True)
 class Prediction:
-    """The settings that would be chosen for an error, with their time; ``raw`` is everything that is known of them."""
+    """The settings that would be chosen for an error, with their time; ``raw`` is everything that is known of them.
+
+    ``absorption`` is None where walks end by roulette.
+    """
 
     cells: int
     degree: int
     pairs: str
-    absorption: float
+    absorption: Optional[float]
     estimator: str
     seconds: float
     walks: float
@@ -282,7 +285,7 @@ class Sweep(_Report):
 
 @dataclass(frozen=True)
 class Field:
-    """The whole function u at points, from one set of walks.
+    """The global estimate: u at points, from one set of walks.
 
     Attributes
     ----------

@@ -99,9 +99,7 @@ impl<'a, 'm> Course<'a, 'm> {
             return 0.0;
         }
         let deviation = statistics.preconditioned().std_dev.unwrap_or(0.0);
-        let of_walks =
-            self.tolerance.error(statistics).powi(2) - statistics.control_error().powi(2);
-        deviation.powi(2) / of_walks.max(0.0)
+        (deviation / self.tolerance.error(statistics)).powi(2)
     }
 
     /// The number of walks that are left of a target.

@@ -31,8 +31,6 @@ pub(super) struct Prediction {
     pub(super) source: f64,
     /// Seconds of what the first walks of its family make of the system, which keeps it.
     pub(super) kept: f64,
-    /// Seconds of moments of F, which are no part of the set-up.
-    pub(super) moments: f64,
     /// Seconds of one walk.
     pub(super) seconds_per_walk: f64,
     /// Seconds of all walks by the observed variance, and of moments.
@@ -67,7 +65,18 @@ impl Prediction {
     }
 }
 
-/// A degree with a choice of pairs, and everything that is known of it.
+/// What is known of the walks of a family before any.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FamilyWalks {
+    /// Walks of a batch.
+    pub(super) batch: u64,
+    /// The estimator.
+    pub(super) estimator: Estimator,
+    /// The number of states of a walk, about.
+    pub(super) states: f64,
+}
+
+/// Neighbour equations that differ by the number of their cells; or plain walks.
 #[derive(Debug)]
 pub(super) struct Family {
     pub(super) first: Setting,
@@ -78,21 +87,26 @@ pub(super) struct Family {
     /// The order r of √Var ~ unknowns^−r in theory.
     order: f64,
     pub(super) pilots: Vec<Pilot>,
-    batch: u64,
+    walks: FamilyWalks,
     /// The predictions of the pilots.
     pub(super) found: Vec<Prediction>,
 }
 
 impl Family {
     /// A family of which nothing is known but its levels and its order in theory.
-    pub(super) const fn new(first: Setting, levels: Vec<Level>, order: f64, batch: u64) -> Self {
+    pub(super) const fn new(
+        first: Setting,
+        levels: Vec<Level>,
+        order: f64,
+        walks: FamilyWalks,
+    ) -> Self {
         Self {
             first,
             levels,
             asked: 1,
             order,
             pilots: Vec::new(),
-            batch,
+            walks,
             found: Vec::new(),
         }
     }
@@ -102,12 +116,10 @@ impl Family {
         self.levels.iter().find(|level| level.cells == cells)
     }
 
-    /// The pilot by which a setting is predicted: with the same walks, on the finest cells that are no finer.
+    /// The pilot by which a setting is predicted: on the finest cells that are no finer.
     pub(super) fn pilot_for(&self, setting: &Setting) -> Option<&Pilot> {
-        let alike = |pilot: &&Pilot| {
-            pilot.setting.walks() == setting.walks() && pilot.setting.cells <= setting.cells
-        };
-        let pilots = self.pilots.iter().filter(alike);
+        let coarser = |pilot: &&Pilot| pilot.setting.cells <= setting.cells;
+        let pilots = self.pilots.iter().filter(coarser);
         pilots.max_by_key(|pilot| pilot.setting.cells)
     }
 
@@ -139,26 +151,12 @@ impl Family {
         }
     }
 
-    /// The walks of all pilots.
-    pub(super) fn walks(&self) -> Vec<(f64, Estimator)> {
-        let mut known = Vec::new();
-        for pilot in &self.pilots {
-            if !known.contains(&pilot.setting.walks()) {
-                known.push(pilot.setting.walks());
-            }
-        }
-        known
-    }
-
     /// Predicts all levels by all pilots.
     fn update(&mut self) {
         let mut found = Vec::new();
         for level in &self.levels {
-            for walks in self.walks() {
-                let setting = self.first.on(level.cells).with_walks(walks);
-                let pilot = self.pilot_for(&setting);
-                found.extend(pilot.map(|pilot| self.predict(pilot, level)));
-            }
+            let pilot = self.pilot_for(&self.first.on(level.cells));
+            found.extend(pilot.map(|pilot| self.predict(pilot, level)));
         }
         self.found = found;
     }
@@ -168,19 +166,18 @@ impl Family {
         let setting = self.first.on(level.cells);
         let walk = setting.walk(&level.cost);
         let none = PointwisePairs::default();
-        let each = walk.seconds(setting.estimator, 1.0 / setting.absorption, none);
-        let least = (self.batch * MIN_BATCHES) as f64 * weights.iter().sum::<f64>();
+        let each = walk.seconds(self.walks.estimator, self.walks.states, none);
+        let least = (self.walks.batch * MIN_BATCHES) as f64 * weights.iter().sum::<f64>();
         let [setup, source, kept] = setting.setup(&level.cost);
         Prediction {
             setting,
             setup,
             source,
             kept,
-            moments: level.cost.moments,
             seconds_per_walk: each,
             walking: f64::INFINITY,
             careful: f64::INFINITY,
-            hopeful: level.cost.moments + least * each,
+            hopeful: least * each,
             pilot_walks: 0,
             scored: 0,
             most_walks: f64::INFINITY,
@@ -194,8 +191,7 @@ impl Family {
     /// at least half of it: on few cells much depends on where targets lie in them.
     pub(super) fn observed_order(&self) -> f64 {
         let before = |fine: &Pilot| {
-            let alike = |of: &&Pilot| of.setting.walks() == fine.setting.walks();
-            let coarser = self.pilots.iter().filter(alike);
+            let coarser = self.pilots.iter();
             let coarser = coarser.filter(|of| of.unknowns < fine.unknowns);
             coarser.max_by(|a, b| a.unknowns.total_cmp(&b.unknowns))
         };
@@ -215,7 +211,7 @@ impl Family {
     /// What the setting of a pilot takes on these cells.
     pub(super) fn predict(&self, pilot: &Pilot, level: &Level) -> Prediction {
         let setting = pilot.setting.on(level.cells);
-        let batch = self.batch as f64;
+        let batch = self.walks.batch as f64;
         let in_stages = |walks: f64| batch * batches_of_whole_stages(walks / batch);
         let all = |walks: &dyn Fn(&Observed) -> f64| -> f64 {
             let of = |target: &Observed| target.weight * in_stages(walks(target));
@@ -227,21 +223,19 @@ impl Family {
         let [observed, slow, fast] = [order, TRUSTED * order, self.order].map(scale);
         let walk = setting.walk(&level.cost);
         let pairs = pilot.pairs(level.unknowns);
-        let each = walk.seconds(setting.estimator, pilot.states, pairs);
+        let each = walk.seconds(self.walks.estimator, pilot.states, pairs);
         let walks = all(&|target| target.walks(observed));
         let most = pilot.observed().map(|target| target.walks(observed));
         let [setup, source, kept] = setting.setup(&level.cost);
-        let moments = level.cost.moments.max(pilot.moments);
         Prediction {
             setting,
             setup,
             source,
             kept,
-            moments,
             seconds_per_walk: each,
-            walking: moments + walks * each,
-            careful: moments + all(&|target| target.careful_walks(slow)) * each,
-            hopeful: moments + all(&|target| target.hopeful_walks(fast)) * each,
+            walking: walks * each,
+            careful: all(&|target| target.careful_walks(slow)) * each,
+            hopeful: all(&|target| target.hopeful_walks(fast)) * each,
             pilot_walks: if setting == pilot.setting {
                 pilot.walks_each
             } else {

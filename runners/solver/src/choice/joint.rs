@@ -1,6 +1,6 @@
-//! One set of walks for all targets, by the whole function, in place of walks of each.
+//! One set of walks for all targets, by the global estimate, in place of walks of each.
 //!
-//! A few walks on the coarsest levels tell what the whole function takes: pilots go on to finer cells while what is left of the
+//! A few walks on the coarsest levels tell what the global estimate takes: pilots go on to finer cells while what is left of the
 //! best prediction leaves time for a set-up, and together take at most [`SHARE`] of what separate walks are predicted to. If it
 //! takes less than these, it is walked; and given up, for separate walks, if it turns out that it does not, or where scores on
 //! polynomials leave a bias.
@@ -14,12 +14,12 @@ use crate::answer::SolveObserver;
 use crate::chosen::{ChoiceReport, WHOLE};
 use crate::execute::CellCount;
 use crate::systems::Systems;
-use crate::whole::{GIVEN_UP, Looks, Ready, Until, Whole, WholeFunction};
+use crate::whole::{GIVEN_UP, GlobalEstimate, Looks, Ready, Until, Whole};
 use crate::{Error, Goal, Model, Pairs, Partitioned, Sequence, Settings, SolveError, WalkOptions};
 
 /// The part of the time of separate walks that pilots may take: with a run that is given up at once they stay below a tenth.
 const SHARE: f64 = 0.05;
-/// The part of the best whole function's time that a pilot on finer cells may take, once that is ahead of separate walks.
+/// The part of the best global estimate's time that a pilot on finer cells may take, once that is ahead of separate walks.
 const FINER: f64 = 0.25;
 /// Walks of a pilot: 16 of each replicate.
 const PILOT: u64 = 1024;
@@ -30,8 +30,8 @@ const LIFT_PAYS: f64 = 2.0;
 /// Walks of a pilot that draws from a sequence, which gains with its length: 64 of each replicate. States without absorption, after which
 /// on cubes hardly anything is left.
 const LONG_PILOT: u64 = 4096;
-const SURVIVALS: u32 = 4;
-/// The part of the best whole function's time that such a pilot may take.
+const FORCED_STEPS: u32 = 4;
+/// The part of the best global estimate's time that such a pilot may take.
 const SEQUENCE_SHARE: f64 = 0.1;
 /// The rate r of a variance of N^−r that longer replicates are trusted to have; that of pseudo-random walks is 1.
 const TRUSTED_RATE: f64 = 1.25;
@@ -54,7 +54,7 @@ const ROWS: f64 = 66.0;
 /// The most unknowns of a set-up that nobody asked for.
 const UNKNOWNS: usize = 1 << 15;
 
-/// A whole function that is predicted to take less than walks of all targets.
+/// A global estimate that is predicted to take less than walks of all targets.
 pub(super) struct Joint<'m> {
     settings: Settings,
     ready: Ready<'m>,
@@ -74,7 +74,7 @@ pub(super) struct Joint<'m> {
 /// What was looked at, and what that took.
 #[derive(Default)]
 pub(super) struct Looked<'m> {
-    /// The best whole function, if it is better than separate walks.
+    /// The best global estimate, if it is better than separate walks.
     pub(super) joint: Option<Joint<'m>>,
     /// Seconds that it is predicted to take, if there was a pilot.
     pub(super) seconds: Option<f64>,
@@ -97,7 +97,7 @@ impl<'m> Joint<'m> {
         model: &'m dyn Model,
         watch: &dyn SolveObserver,
         price: f64,
-    ) -> Result<Option<WholeFunction<'m>>, SolveError> {
+    ) -> Result<Option<GlobalEstimate<'m>>, SolveError> {
         let whole = Whole {
             model,
             settings: &self.settings,
@@ -121,7 +121,7 @@ impl<'m> Joint<'m> {
 }
 
 impl<'m> Looked<'m> {
-    /// What was looked at without a whole function.
+    /// What was looked at without a global estimate.
     pub(super) fn lost(self) -> Self {
         let setup = self.joint.as_ref().map_or(0.0, |joint| joint.setup);
         Self {
@@ -132,7 +132,7 @@ impl<'m> Looked<'m> {
         }
     }
 
-    /// The settings and the report of the whole function in place of those of separate walks, or of these with what was
+    /// The settings and the report of the global estimate in place of those of separate walks, or of these with what was
     /// looked at besides.
     pub(super) fn chosen(&self, mut chosen: Chosen<'m>) -> Chosen<'m> {
         let report = &mut chosen.report;
@@ -160,13 +160,13 @@ impl<'m> Looked<'m> {
         chosen
     }
 
-    /// The whole function, if it is predicted to take less than separate walks, does, and has no bias that its error bars do not
+    /// The global estimate, if it is predicted to take less than separate walks, does, and has no bias that its error bars do not
     /// see.
     pub(super) fn walk(
         self,
         question: &Question<'_, 'm>,
         price: f64,
-    ) -> Result<Option<WholeFunction<'m>>, SolveError> {
+    ) -> Result<Option<GlobalEstimate<'m>>, SolveError> {
         match self.joint {
             Some(joint) => joint.walk(question.model, question.watch, price),
             None => Ok(None),
@@ -181,23 +181,24 @@ pub(super) struct Question<'a, 'm> {
     pub(super) goals: &'a [Goal],
     pub(super) settings: &'m Settings,
     pub(super) watch: &'m dyn SolveObserver,
+    /// The number of states of a walk, about.
+    pub(super) states: f64,
 }
 
 impl<'m> Question<'_, 'm> {
-    /// Whether the whole function answers it, and nobody refuses that.
+    /// Whether the global estimate answers it, and nobody refuses that.
     pub(super) fn is_open(&self) -> bool {
         let settings = self.settings;
         let starts = self.goals.len() + self.model.besides(self.goals);
         starts > 1
             && self.model.has_whole()
             && self.model.whole_has_points()
-            && settings.whole != Some(false)
+            && settings.global != Some(false)
             && settings.walks.is_none()
-            && settings.exact_source != Some(true)
             && settings.last_step != Some(true)
     }
 
-    /// Looks for a whole function that takes less than separate walks, which would take so many seconds, after what an earlier look has
+    /// Looks for a global estimate that takes less than separate walks, which would take so many seconds, after what an earlier look has
     /// lost.
     pub(super) fn look(
         &self,
@@ -269,8 +270,8 @@ impl<'m> Question<'_, 'm> {
         Ok(looked)
     }
 
-    /// Lifts whole functions of few cells, if pilots tell that what is left then takes less than half as long as the best so far and as
-    /// separate walks. All these pilots together take a quarter of the best whole function at most, or, where separate walks are ahead of
+    /// Lifts global estimates of few cells, if pilots tell that what is left then takes less than half as long as the best so far and as
+    /// separate walks. All these pilots together take a quarter of the best global estimate at most, or, where separate walks are ahead of
     /// it, a twentieth of theirs.
     fn try_lift(
         &self,
@@ -304,7 +305,7 @@ impl<'m> Question<'_, 'm> {
             let Some(cost) = level.lift_cost(degree) else {
                 break;
             };
-            let states = 1.0 / settings.walk_options().absorption;
+            let states = self.states;
             let pilot = cost.setup + LIFTED_PILOT as f64 * lifted_seconds(&cost, &settings, states);
             spent += pilot;
             if spent > may {
@@ -353,8 +354,6 @@ impl<'m> Question<'_, 'm> {
         Settings {
             cells: Some(cells),
             degree: self.settings.degree.or(Some(degree.min(most))),
-            absorption: chosen.settings.absorption,
-            estimator: chosen.settings.estimator,
             walks: Some(super::ENDLESS),
             ..self.settings.clone()
         }
@@ -362,15 +361,14 @@ impl<'m> Question<'_, 'm> {
 
     /// Seconds of a pilot but for its set-up.
     fn pilot_seconds(&self, level: &dyn Partitioned<'_>, settings: &Settings) -> f64 {
-        let walk = settings.walk_options();
-        let each = self.walk_seconds(level, settings, 1.0 / walk.absorption);
+        let each = self.walk_seconds(level, settings, self.states);
         PILOT as f64 * each
     }
 
     fn walk_seconds(&self, level: &dyn Partitioned<'_>, settings: &Settings, states: f64) -> f64 {
         let pointwise = level.pointwise_pairs(self.pairs()).unwrap_or_default();
         let cost = level.cost(self.pairs()).walk;
-        let estimator = settings.walk_options().estimator;
+        let estimator = settings.absorption().estimator();
         let none = PointwisePairs::default();
         // Scores in every state are those of one walk.
         WALK * cost.seconds(estimator, states, none) - cost.seconds(estimator, states, none)
@@ -446,14 +444,14 @@ impl<'m> Question<'_, 'm> {
         lost: &mut f64,
     ) -> Result<(), Error> {
         let wanted = self.settings.sequence;
-        let survivals = self.settings.survivals.unwrap_or(SURVIVALS);
-        let states = 1.0 / joint.ready.walk.absorption + f64::from(survivals);
+        let forced_steps = self.settings.forced_steps.unwrap_or(FORCED_STEPS);
+        let states = self.states + f64::from(forced_steps);
         let none = PointwisePairs::default();
         let pointwise = level.pointwise_pairs(self.pairs()).unwrap_or(none);
         let cost = level.cost(self.pairs()).walk;
         let score = cost.seconds(Estimator::Absorption, 1.0, pointwise) - cost.start;
         let states_seconds = cost.start + (states - 1.0) * cost.step;
-        let each = OF_SEQUENCE * (states_seconds + (1.0 + f64::from(survivals)) * score);
+        let each = OF_SEQUENCE * (states_seconds + (1.0 + f64::from(forced_steps)) * score);
         let pilot = joint.values / 3.0 + LONG_PILOT as f64 * each;
         let may = *lost + pilot < SHARE * price && pilot < SEQUENCE_SHARE * joint.seconds();
         let may = may || wanted == Some(Sequence::Sobol);
@@ -462,7 +460,7 @@ impl<'m> Question<'_, 'm> {
         }
         let mut settings = joint.settings.clone();
         settings.sequence = Some(Sequence::Sobol);
-        settings.survivals = Some(survivals);
+        settings.forced_steps = Some(forced_steps);
         let whole = Whole {
             model: self.model,
             settings: &settings,
@@ -471,7 +469,7 @@ impl<'m> Question<'_, 'm> {
         };
         let walk = WalkOptions {
             sequence: Sequence::Sobol,
-            survivals,
+            forced_steps,
             ..joint.ready.walk
         };
         let pilot_walk = WalkOptions {
@@ -529,7 +527,7 @@ impl<'m> Question<'_, 'm> {
 
 /// Seconds of a walk of a lift that scores in every state.
 fn lifted_seconds(cost: &Cost, settings: &Settings, states: f64) -> f64 {
-    let estimator = settings.walk_options().estimator;
+    let estimator = settings.absorption().estimator();
     WALK * cost
         .walk
         .seconds(estimator, states, PointwisePairs::default())

@@ -37,8 +37,8 @@ use crate::chosen::WHOLE;
 
 use crate::answer::{Answer, Gave, SolveObserver, Solved};
 use crate::execute::{CellCount, Execute, Execution};
-use crate::whole::WholeFunction;
-use crate::{Error, Goal, Model, Sequence, Settings, SolveError};
+use crate::whole::GlobalEstimate;
+use crate::{Error, Goal, Method, Model, Sequence, Settings, SolveError};
 use fredholm_model::Request;
 use fredholm_model::{Target, goals};
 
@@ -59,7 +59,7 @@ pub(crate) enum Found<'m> {
     /// Separate walks of every goal.
     Separate(Answer),
     /// One set of walks for all goals.
-    Whole(WholeFunction<'m>),
+    Whole(GlobalEstimate<'m>),
     /// Nothing yet, as the other way takes less. It has the pilots of this one.
     OtherWay(Box<Search<'m>>),
 }
@@ -106,6 +106,7 @@ pub fn choose<'m>(
         goals: &goals,
         settings,
         watch,
+        states: search.states(),
     };
     let (lost, joint) = look_early(&mut search, &question)?;
     if let Some(chosen) = joint {
@@ -165,8 +166,9 @@ pub(crate) fn solve_either<'m>(
         goals,
         settings,
         watch,
+        states: search.states(),
     };
-    // Seconds that a whole function was predicted to take which was given up.
+    // Seconds that a global estimate was predicted to take which was given up.
     let mut given_up: Option<f64> = None;
     let mut lost = Looked::default();
     if !may_be_joint {
@@ -308,6 +310,10 @@ fn begin<'m>(
     let (None, Some(tolerance)) = (settings.cells, settings.tolerance) else {
         return Ok(None);
     };
+    if settings.method == Some(Method::Resolvent) {
+        // These choose without pilots.
+        return Ok(None);
+    }
     if settings.lift.is_some_and(|lift| lift > 0) {
         // Predictions know nothing of it.
         return Ok(None);
@@ -378,7 +384,8 @@ fn next<'m>(
         {
             refuse_without_end(settings, &drawn.prediction)?;
             chosen.settings.sequence = Some(Sequence::Sobol);
-            chosen.settings.survivals = Some(drawn.survivals);
+            chosen.settings.absorption = search.absorption_of_sequences();
+            chosen.settings.forced_steps = Some(drawn.forced_steps);
             chosen.settings.batch = Some(drawn.batch);
             if let Some(lifted) = drawn.lifted {
                 follow(&mut chosen, lifted);
@@ -445,7 +452,7 @@ fn accepted<'m>(
     let mut chosen = setting.applied(settings);
     // Until the error is reached.
     chosen.walks = chosen.walks.or(Some(ENDLESS));
-    let solved = search.solved(setting)?;
+    let solved = search.solved_to_answer(best)?;
     if let Some(solved) = solved.as_ref().filter(|_| !chosen.allow_infinite_variance) {
         solved.system.check_variance(&chosen.walk_options())?;
     }

@@ -1,6 +1,6 @@
 //! One pilot: few walks of one setting, and what they tell.
 
-use fredholm_core::{Estimator, MIN_SCORED_WALKS, Statistics, Tolerance};
+use fredholm_core::{MIN_SCORED_WALKS, Statistics, Tolerance};
 
 use super::setting::Setting;
 use crate::{Error, Goal, Model};
@@ -9,16 +9,9 @@ use fredholm_model::{Ask, Target, goals};
 
 /// The most targets that a pilot has.
 const TARGETS: usize = 8;
-/// The square of how many times as often as everywhere walks come to the places where few walks miss something. The
-/// diagnosis finds 3.6 to 7.1 times in a square room and 4.3 to 6.4 times in one with a doorway, with 50 to 200 cells
-/// of degree 2 to 4.
-const RARE: f64 = 4.0;
-
 /// How far few walks may be from the true variance: that of N walks that scored may be 1 + DOUBT/√N times as large, or as
 /// small. Its standard deviation is √(κ − 1)/√N with the kurtosis κ of the scores, which is 3 of a normal distribution.
 const DOUBT: f64 = 4.0;
-/// The part of the tolerance that moments of F of an answer leave.
-const MOMENTS: f64 = 0.5;
 /// N walks that miss something tell, at 95 %, that fewer than 3/N of all walks meet it.
 pub(super) const MISSED: f64 = 3.0;
 /// Standard errors beyond which two estimates are no longer of one number, at 95 %.
@@ -102,8 +95,6 @@ pub(super) struct Observed {
     walks: f64,
     /// E.
     bound: f64,
-    /// The part of E² that the error of (v, Φ) takes, which no walks lower.
-    taken: f64,
     /// The number of walks until enough have scored for an error to be believed.
     believed: f64,
     /// The factor by which the true variance may differ from the observed one.
@@ -113,10 +104,7 @@ pub(super) struct Observed {
 impl Observed {
     /// The number of walks with this multiple of the observed variance; infinite before a walk has scored.
     pub(super) fn walks(&self, multiple: f64) -> f64 {
-        if self.taken >= 1.0 {
-            return f64::INFINITY;
-        }
-        (multiple * self.needed / (1.0 - self.taken)).max(self.believed)
+        (multiple * self.needed).max(self.believed)
     }
 
     /// Corrects the variance by an estimate of more walks, and its standard error: if few walks missed by so much, then
@@ -157,11 +145,6 @@ pub(super) struct Walked<'a> {
     pub(super) floors: &'a [f64],
     pub(super) pointwise: PointwisePairs,
     pub(super) unknowns: f64,
-    /// Seconds of the moments of F that a pilot had, and the power with which finer ones take more; `None` for walks whose moments
-    /// are those of an answer.
-    pub(super) moments: Option<[f64; 2]>,
-    /// The variance that few walks miss: see [`System::rare_variance`](crate::System::rare_variance).
-    pub(super) rare: f64,
 }
 
 /// The estimates of the most walks so far, and their standard errors: u is the same in all settings.
@@ -202,8 +185,6 @@ pub(super) struct Pilot {
     pub(super) walks: u64,
     /// The number of walks of a target.
     pub(super) walks_each: u64,
-    /// Seconds of moments of F that leave as little of the tolerance as those of an answer do, as far as those of the pilot tell.
-    pub(super) moments: f64,
     /// The mean number of states of a walk.
     pub(super) states: f64,
     pub(super) pointwise: PointwisePairs,
@@ -215,19 +196,6 @@ pub(super) struct Pilot {
 impl Pilot {
     /// The pilot that had these walks.
     pub(super) fn new(walked: &Walked<'_>, tolerance: Tolerance, model: &dyn Model) -> Self {
-        let Setting {
-            absorption,
-            estimator,
-            ..
-        } = walked.setting;
-        // A score is F/q where a walk is absorbed, and F in every state otherwise.
-        let score = match estimator {
-            Estimator::Absorption => absorption,
-            Estimator::Collision => 1.0,
-        };
-        let rare = RARE * walked.rare * score / (1.0 - absorption);
-        // E η² of walks from anywhere may be larger than that of walks from a target which little light reaches.
-        let from_anywhere = model.mean_square_of_source() / score;
         let floors = walked.floors.iter().copied();
         let floors = floors.chain(core::iter::repeat(0.0));
         let all = || walked.statistics.iter().copied();
@@ -235,10 +203,8 @@ impl Pilot {
         let bounds = bounds.map(|(of, floor)| tolerance.error(of).max(floor));
         let bounds: Vec<f64> = bounds.collect();
         let of = |((statistics, &bound), weight): ((&Statistics, &f64), f64)| {
-            let [plain, found] = [statistics.plain(), statistics.preconditioned()];
-            let square = plain.estimate.powi(2) + plain.std_dev.unwrap_or(0.0).powi(2);
+            let found = statistics.preconditioned();
             let variance = found.std_dev.unwrap_or(0.0).powi(2);
-            let variance = variance.max(rare * square * square.max(from_anywhere));
             let (walks, scored) = (statistics.walks() as f64, statistics.scored() as f64);
             Observed {
                 weight,
@@ -246,19 +212,10 @@ impl Pilot {
                 estimate: found.estimate,
                 walks,
                 bound,
-                taken: match walked.moments {
-                    Some(_) if walked.setting.exact_source => MOMENTS.powi(2),
-                    _ => (statistics.control_error() / bound).powi(2),
-                },
                 believed: MIN_SCORED_WALKS as f64 * walks / scored,
                 doubt: 1.0 + DOUBT / scored.sqrt(),
             }
         };
-        // Moments are made as fine as every target asks for.
-        let finer = all().zip(&bounds);
-        let finer = finer.map(|(of, bound)| of.control_error() / (MOMENTS * bound));
-        let finer = finer.fold(0.0, f64::max);
-        let [seconds, power] = walked.moments.unwrap_or_default();
         let weights = walked.weights.iter().copied();
         let weights = weights.chain(core::iter::repeat(1.0));
         let walks: u64 = all().map(|of| of.walks()).sum();
@@ -279,25 +236,11 @@ impl Pilot {
             left_out: None,
             walks,
             walks_each: all().map(|of| of.walks()).max().unwrap_or(0),
-            moments: seconds * finer.powf(power),
             states: states as f64 / walks as f64,
             pointwise: walked.pointwise,
             unknowns: walked.unknowns,
             scored: all().map(|of| of.scored()).min().unwrap_or(0),
         }
-    }
-
-    /// The pilot of a setting with other walks, if their variance is this multiple of what these walks had.
-    pub(super) fn with_walks(&self, setting: Setting, multiple: f64) -> Self {
-        let mut other = Self {
-            setting,
-            states: self.states * self.setting.absorption / setting.absorption,
-            ..self.clone()
-        };
-        for target in other.targets.iter_mut().chain(&mut other.left_out) {
-            target.needed *= multiple;
-        }
-        other
     }
 
     /// Corrects the variances by estimates of more walks.
@@ -312,7 +255,6 @@ impl Pilot {
         self.left_out = first.map(|target| Observed {
             weight: 1.0,
             needed,
-            taken: 0.0,
             ..*target
         });
     }
@@ -341,11 +283,10 @@ impl Pilot {
 
 #[cfg(test)]
 mod tests {
-    use super::super::family::Family;
+    use super::super::family::{Family, FamilyWalks};
     use super::super::setting::Setting;
     use super::{Known, Observed, Pilot};
-    use crate::Pairs;
-    use fredholm_core::Estimator;
+    use crate::{Estimator, Pairs};
     use fredholm_model::cost::PointwisePairs;
 
     fn observed(estimate: f64) -> Observed {
@@ -355,7 +296,6 @@ mod tests {
             estimate,
             walks: 300.0,
             bound: 0.01,
-            taken: 0.0,
             believed: 0.0,
             doubt: 1.0,
         }
@@ -383,10 +323,7 @@ mod tests {
                 cells,
                 degree: 1,
                 pairs: Pairs::Default,
-                exact_source: false,
                 last_step: false,
-                absorption: 0.5,
-                estimator: Estimator::Absorption,
             },
             is_sampled,
             targets: vec![Observed {
@@ -396,7 +333,6 @@ mod tests {
             left_out: None,
             walks: 256,
             walks_each: 256,
-            moments: 0.0,
             states: 2.0,
             pointwise: PointwisePairs::default(),
             unknowns: cells as f64,
@@ -404,7 +340,12 @@ mod tests {
         };
         // All targets take ten times the walks of those that pilots have, on twice as many cells a sixteenth.
         let [coarse, fine] = [pilot(4, 1600.0, true), pilot(8, 1000.0, false)];
-        let mut family = Family::new(coarse.setting, Vec::new(), 2.0, 4096);
+        let walks = FamilyWalks {
+            batch: 4096,
+            estimator: Estimator::Collision,
+            states: 2.0,
+        };
+        let mut family = Family::new(coarse.setting, Vec::new(), 2.0, walks);
         family.add(coarse);
         family.add(fine);
         let known = Known {

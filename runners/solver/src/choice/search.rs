@@ -1,8 +1,7 @@
 //! The search for the best setting: which pilot comes next, and the best prediction so far.
 //!
 //! A setting is worth a pilot if, with luck, it saves more than twice the pilot's time over the best so far. Candidates
-//! are the coarsest cells of every family, all settings that are predicted but by few walks, and the walks next to the best
-//! ones of a family. The one that may take least comes first. In the end the best has a pilot with more walks.
+//! are the coarsest cells of every family, and all settings that are predicted but by few walks. The one that may take least comes first. In the end the best has a pilot with more walks.
 
 mod candidates;
 mod lift;
@@ -42,17 +41,14 @@ pub(super) const SHARE: f64 = 0.25;
 /// How many times its own time a pilot must be able to save, and another setting to take over: about half of them save
 /// nothing.
 pub(super) const PAYS: f64 = 2.0;
-/// The variance of other walks of the same neighbour equation, in the best case, over that of known ones.
-const OTHER_WALKS: f64 = 0.5;
 /// The number of levels beyond a pilot that its variance is believed to tell of.
 const LEVELS: usize = 4;
 /// Seconds of pilots after which something other than separate walks is looked at, and a person does not notice.
 const PAUSE_SECONDS: f64 = 0.5;
 /// Seconds of a pilot that needs none before it.
 const LEAST_SECONDS: f64 = 1e-3;
-/// Seconds of a pilot apart from its walks and its set-up, and of the rough moments of F that it has at most.
+/// Seconds of a pilot apart from its walks and its set-up.
 const PILOT_SECONDS: f64 = 0.1e-3;
-const MOMENTS_SECONDS: f64 = 0.03;
 /// The mask of a pilot's seed. Its walks differ from those of the answer, which it must not be able to prefer.
 const SEED: u64 = 0x0070_696c_6f74;
 
@@ -63,8 +59,10 @@ pub(crate) struct Search<'m> {
     settings: &'m Settings,
     tolerance: Tolerance,
     watch: &'m dyn SolveObserver,
-    /// The values of q0 that are tried, from large to small.
-    absorptions: Vec<f64>,
+    /// The number of states of a walk, about.
+    states: f64,
+    /// The constant absorption of walks that draw from a sequence: roulette makes jumps of what they score, all over the cube.
+    of_sequences: Option<f64>,
     sample: Sample,
     families: Vec<Family>,
     known: Known,
@@ -98,7 +96,7 @@ pub(crate) struct Search<'m> {
 }
 
 impl<'m> Search<'m> {
-    /// A search with the absorptions that are open and whose walks have a finite variance.
+    /// A search of what is open, if walks have a finite variance.
     ///
     /// # Errors
     /// [`Error::TwoGoals`], [`Error::InfiniteVariance`].
@@ -115,7 +113,8 @@ impl<'m> Search<'m> {
             settings,
             tolerance,
             watch,
-            absorptions: candidates::absorptions(settings),
+            states: f64::NAN,
+            of_sequences: None,
             sample: Sample::new(model, targets)?,
             families: Vec::new(),
             known: Known::default(),
@@ -136,7 +135,7 @@ impl<'m> Search<'m> {
             pilots: 0,
             walks: 0,
         };
-        search.drop_infinite_variances()?;
+        search.look_at_variance()?;
         // Every solve looks at the variance, whether it chooses or not.
         search.begun = Instant::now();
         search.begin_families();
@@ -294,11 +293,8 @@ impl<'m> Search<'m> {
             return *found;
         };
         let between = pilot.setting.cells + 1..found.setting.cells;
-        let is_between = |of: &&Prediction| {
-            of.setting.walks() == found.setting.walks()
-                && between.contains(&of.setting.cells)
-                && !self.refuses(&of.setting)
-        };
+        let is_between =
+            |of: &&Prediction| between.contains(&of.setting.cells) && !self.refuses(&of.setting);
         let steps = || family.found.iter().filter(is_between);
         let finest = steps()
             .filter(|of| is_soon(of))
@@ -310,8 +306,7 @@ impl<'m> Search<'m> {
     /// Seconds of a pilot with so many walks of each target.
     fn seconds_of(&self, found: &Prediction, walks: u64) -> f64 {
         let walks = walks as f64 * self.sample.weights.len() as f64;
-        let moments = found.moments.min(MOMENTS_SECONDS);
-        PILOT_SECONDS + self.remaining_setup(found) + moments + walks * found.seconds_per_walk
+        PILOT_SECONDS + self.remaining_setup(found) + walks * found.seconds_per_walk
     }
 
     /// Seconds that further pilots may take, if all may take this share of a prediction.
@@ -381,6 +376,16 @@ impl<'m> Search<'m> {
         self.model.partition(&cut)
     }
 
+    /// The number of states of a walk, about.
+    pub(super) const fn states(&self) -> f64 {
+        self.states
+    }
+
+    /// The absorption of walks that draw from a sequence.
+    pub(super) const fn absorption_of_sequences(&self) -> Option<f64> {
+        self.of_sequences
+    }
+
     /// The equation.
     pub(super) fn model(&self) -> &'m dyn Model {
         self.model
@@ -394,6 +399,17 @@ impl<'m> Search<'m> {
         let cells = self.partition(setting)?;
         let solved = self.systems.solve(&*cells, setting, &self.sample.goals)?;
         Ok(Some(solved))
+    }
+
+    /// The solved system of a prediction that is to answer: a set-up that no pilot had counts among those of pilots.
+    pub(super) fn solved_to_answer(
+        &mut self,
+        best: &Prediction,
+    ) -> Result<Option<Arc<Solved<'m>>>, Error> {
+        let left = self.remaining_setup(best);
+        let solved = self.solved(&best.setting)?;
+        self.work += left - self.remaining_setup(best);
+        Ok(solved)
     }
 
     /// A pilot with so many walks of each target.
@@ -415,8 +431,7 @@ impl<'m> Search<'m> {
         settings: Settings,
         walks: u64,
     ) -> Result<Pilot, Error> {
-        let moments = self.moments_seconds(&setting, walks)?;
-        let (answer, unknowns, rare) = self.walked((&setting, solved), settings, walks)?;
+        let (answer, unknowns) = self.walked((&setting, solved), settings, walks)?;
         let all = answer.outcome.statistics.iter().chain(&answer.others);
         let all: Vec<&Statistics> = all.collect();
         self.known.learn(&all);
@@ -434,35 +449,18 @@ impl<'m> Search<'m> {
             floors: &floors,
             pointwise: answer.pointwise,
             unknowns,
-            moments: Some(moments),
-            rare,
         };
         Ok(Pilot::new(&walked, self.tolerance, self.model))
     }
 
-    /// Seconds of the moments of F that so many walks without a tolerance have, and the power with which finer ones take more.
-    fn moments_seconds(&self, setting: &Setting, walks: u64) -> Result<[f64; 2], Error> {
-        if !setting.exact_source {
-            return Ok([0.0; 2]);
-        }
-        let settings = Settings {
-            walks: Some(walks),
-            tolerance: None,
-            ..setting.applied(self.settings)
-        };
-        let cells = self.model.partition(&settings.discretisation())?;
-        let cost = cells.cost(setting.pairs);
-        Ok([cost.moments, cost.moments_power])
-    }
-
-    /// Walks of each target by these settings, with a seed of their own, that follow a given system or that of the setting; the number
-    /// of unknowns, and the variance that few walks miss.
+    /// Walks of each target by these settings, with a seed of their own, that follow a given system or that of the setting; and the number
+    /// of unknowns.
     fn walked(
         &mut self,
         (setting, solved): (&Setting, Option<&Arc<Solved<'m>>>),
         mut settings: Settings,
         walks: u64,
-    ) -> Result<(Answer, f64, f64), Error> {
+    ) -> Result<(Answer, f64), Error> {
         let cells = self.partition(setting)?;
         let solved = match solved {
             Some(solved) => Some(Arc::clone(solved)),
@@ -486,17 +484,14 @@ impl<'m> Search<'m> {
             only_u: false,
         };
         let watch = Quiet(self.watch);
-        let (answer, rare) = match &solved {
-            None => (walks.plain(&*cells, &request, &watch)?, 0.0),
-            Some(solved) => (
-                solved.walk(&walks, &request, &watch)?,
-                solved.system.rare_variance(setting.pairs)?,
-            ),
+        let answer = match &solved {
+            None => walks.plain(&*cells, &request, &watch)?,
+            Some(solved) => solved.walk(&walks, &request, &watch)?,
         };
         if self.watch.cancelled() {
             return Err(Error::Cancelled);
         }
-        Ok((answer, cells.unknowns() as f64, rare))
+        Ok((answer, cells.unknowns() as f64))
     }
 
     /// Learns from walks of the answer, which are those of all targets; the prediction then.
@@ -515,9 +510,6 @@ impl<'m> Search<'m> {
             floors: &[],
             pointwise: pilot.pairs(level.unknowns),
             unknowns: level.unknowns,
-            moments: None,
-            // So many walks have met it.
-            rare: 0.0,
         };
         let pilot = Pilot::new(&walked, self.tolerance, self.model);
         let of = self.sample.of(statistics);

@@ -1,7 +1,5 @@
 //! What may be chosen.
 
-use fredholm_core::Estimator;
-
 use crate::{Pairs, Settings};
 use fredholm_model::cost::{Cost, WalkCost};
 
@@ -14,12 +12,8 @@ pub(super) struct Setting {
     pub(super) cells: usize,
     pub(super) degree: usize,
     pub(super) pairs: Pairs,
-    /// Whether the neighbour equation has the source F itself.
-    pub(super) exact_source: bool,
     /// Whether the last step of walks leads to the light.
     pub(super) last_step: bool,
-    pub(super) absorption: f64,
-    pub(super) estimator: Estimator,
 }
 
 impl Setting {
@@ -29,32 +23,15 @@ impl Setting {
             cells: Some(self.cells),
             degree: Some(self.degree),
             pairs: Some(self.pairs),
-            exact_source: Some(self.exact_source),
             // Elsewhere there is none to choose, and a refusal of it would have nowhere to point.
             last_step: self.last_step.then_some(true),
-            absorption: Some(self.absorption),
-            estimator: Some(self.estimator),
             ..settings.clone()
         }
-    }
-
-    /// The absorption and the estimator.
-    pub(super) const fn walks(&self) -> (f64, Estimator) {
-        (self.absorption, self.estimator)
     }
 
     /// The setting with this number of cells.
     pub(super) const fn on(self, cells: usize) -> Self {
         Self { cells, ..self }
-    }
-
-    /// Gives these walks to the same neighbour equation.
-    pub(super) const fn with_walks(self, (absorption, estimator): (f64, Estimator)) -> Self {
-        Self {
-            absorption,
-            estimator,
-            ..self
-        }
     }
 
     /// Whether one solved system serves both settings.
@@ -65,16 +42,14 @@ impl Setting {
 
     /// Whether the settings have the same kind of neighbour equation, or none.
     pub(super) fn shares_family(&self, other: &Self) -> bool {
-        let of = |of: &Self| (of.plain, of.degree, of.pairs, of.exact_source, of.last_step);
+        let of = |of: &Self| (of.plain, of.degree, of.pairs, of.last_step);
         of(self) == of(other)
     }
 
     /// Whether a refusal of another setting holds for this one: its walks are as short, and on as few cells h is no
     /// closer to k.
     pub(super) fn is_refused_with(&self, refused: &Self) -> bool {
-        self.shares_family(refused)
-            && self.absorption >= refused.absorption
-            && self.cells <= refused.cells
+        self.shares_family(refused) && self.cells <= refused.cells
     }
 
     /// Seconds of the set-up, of the part of it that is left once the system is solved, and of that which the first walks make.

@@ -32,7 +32,7 @@ impl<'m> Systems<'m> {
             return Ok(Arc::clone(solved));
         }
         let bytes = cells.memory(goals, setting.pairs);
-        let solved = Arc::new(Solved::new(cells, setting.absorption)?);
+        let solved = Arc::new(Solved::new(cells)?);
         let kept: usize = self.0.iter().map(|(_, bytes, _)| bytes).sum();
         if kept.saturating_add(bytes) > MEMORY {
             self.0.clear();

@@ -1,13 +1,12 @@
 //! Quadrature over cells and draws from them, for any equation whose cells are images of a cube.
 
-use fredholm_core::galerkin::{CellMap, GalerkinError, reserve};
-use fredholm_core::{Real, Uniforms};
+use fredholm_core::galerkin::{Cells, GalerkinError, reserve};
+use fredholm_core::{Located, Real, Uniforms};
 use fredholm_variance::gauss;
 
 use crate::Error;
 
-/// The largest dimension of cells.
-pub(super) const MOST_DIMENSIONS: usize = 6;
+pub(super) use fredholm_core::galerkin::MOST_DIMENSIONS;
 
 /// Parameters in [0, 1]^d with their shares of the whole, which sum to 1: the tensor product of a Gauss rule.
 pub(super) fn tensor(
@@ -31,7 +30,7 @@ pub(super) fn tensor(
 }
 
 /// Quadrature points of all cells.
-pub(super) struct Nodes<P> {
+pub(crate) struct Nodes<P> {
     /// The points of cell 0, then those of cell 1, and so on.
     points: Vec<P>,
     /// The share of its cell that each of a cell's points stands for.
@@ -42,16 +41,39 @@ pub(super) struct Nodes<P> {
 
 impl<P: Copy> Nodes<P> {
     /// The points of a Gauss rule, as many for every axis of a cell.
-    pub(super) fn new<E: CellMap<Point = P>>(equation: &E, points: usize) -> Result<Self, Error> {
-        let (n, rule) = (equation.cells(), tensor(E::DIMENSION, points.max(1))?);
-        let mut all = reserve(n.saturating_mul(rule.len()))?;
-        for cell in 0..n {
-            all.extend(rule.iter().map(|(t, _)| equation.point(cell, t)));
+    pub(crate) fn new<E: Cells<Point = P>>(equation: &E, points: usize) -> Result<Self, Error> {
+        Self::of_parts(equation, 1, points)
+    }
+
+    /// The nodes of all parts of cells, of as many equal parts for every axis: a part in place of a cell.
+    pub(super) fn of_parts<E: Cells<Point = P>>(
+        equation: &E,
+        parts: usize,
+        points: usize,
+    ) -> Result<Self, Error> {
+        let rule = tensor(E::DIMENSION, points.max(1))?;
+        let boxes = parts.pow(E::DIMENSION as u32);
+        let count = equation.cells().saturating_mul(boxes);
+        let mut all = reserve(count.saturating_mul(rule.len()))?;
+        for number in 0..count {
+            all.extend(rule.iter().map(|(t, _)| {
+                let mut part = number % boxes;
+                let place: Vec<f64> = t
+                    .iter()
+                    .map(|t| {
+                        let first = part % parts;
+                        part /= parts;
+                        (first as f64 + t) / parts as f64
+                    })
+                    .collect();
+                equation.point(number / boxes, &place)
+            }));
         }
+        let measure = |number| equation.measure(number / boxes) / boxes as f64;
         Ok(Self {
             points: all,
             shares: rule.into_iter().map(|(_, share)| share).collect(),
-            measures: (0..n).map(|cell| equation.measure(cell)).collect(),
+            measures: (0..count).map(measure).collect(),
         })
     }
 
@@ -99,7 +121,7 @@ pub(super) struct Uniform<'a, E> {
     pub(super) measure: f64,
 }
 
-impl<'a, E: CellMap> Uniform<'a, E> {
+impl<'a, E: Cells> Uniform<'a, E> {
     pub(super) fn new(equation: &'a E) -> Self {
         let measures = (0..equation.cells()).map(|cell| equation.measure(cell));
         let measure: f64 = measures.clone().sum();
@@ -117,6 +139,17 @@ impl<'a, E: CellMap> Uniform<'a, E> {
 
     pub(super) const fn equation(&self) -> &'a E {
         self.equation
+    }
+
+    /// The share of the space before a point, of one dimension whose cells lie in its order.
+    pub(super) fn before(&self, x: &E::Point) -> f64 {
+        let cell = self.equation.locate(x);
+        let mut t = [E::Scalar::from_f64(0.0); 1];
+        self.equation
+            .parameters(&Located { point: *x, cell }, &mut t);
+        let up_to = |cell: usize| self.up_to.get(cell).copied().unwrap_or(1.0);
+        let from = cell.checked_sub(1).map_or(0.0, up_to);
+        from + (up_to(cell) - from) * t[0].to_f64()
     }
 
     /// The mean of a function of so many coefficients on every cell, of which the first is its mean there.

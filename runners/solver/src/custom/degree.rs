@@ -1,10 +1,10 @@
 //! What takes the number of functions on a cell as a constant.
 
 use fredholm_core::galerkin::{
-    AllPointwise, Basis, Dense, DiagonalRule, PairIntegral, PairKind, Piecewise, Rounded, Solution,
-    TransitionMoments, second_moment_radius,
+    AllPointwise, Basis, Coefficients, Dense, DiagonalRule, GalerkinMatrix, PairIntegral, PairKind,
+    Piecewise, Rounded, Solution, TransitionMoments, second_moment_radius,
 };
-use fredholm_core::{Located, Neighbour, Real, StateSpace};
+use fredholm_core::{Located, Neighbour, Real, Space};
 
 use super::CustomEquation;
 use super::cells::Nodes;
@@ -13,7 +13,9 @@ use fredholm_model::pairs::AnyPairs;
 
 /// Which pairs are pointwise; all others are in S.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kinds {
+pub(crate) enum Kinds {
+    /// The pairs of the paper: see [`Degree::paper`].
+    Paper,
     AllInS,
     DiagonalPointwise,
     AllPointwise,
@@ -29,39 +31,73 @@ const DIAGONAL: DiagonalRule = DiagonalRule {
 };
 
 impl Kinds {
-    /// The pairs for an analysis, to which it matters what is left out: nothing.
-    pub(super) const fn any(self) -> AnyPairs<'static> {
-        AnyPairs::Diagonal(match self {
-            Self::AllInS => IN_S,
-            Self::DiagonalPointwise | Self::AllPointwise => DIAGONAL,
-        })
+    /// The pairs for an analysis, of a degree with these pairs of the paper.
+    pub(crate) const fn any(self, paper: DiagonalRule) -> AnyPairs<'static> {
+        match self {
+            Self::Paper => AnyPairs::Diagonal(paper),
+            Self::AllInS => AnyPairs::Diagonal(IN_S),
+            Self::DiagonalPointwise => AnyPairs::Diagonal(DIAGONAL),
+            Self::AllPointwise => AnyPairs::AllPointwise,
+        }
     }
 }
 
 /// A neighbour equation of any kind: one type of walk for all.
-pub(super) type Boxed<'a, E> =
-    dyn Neighbour<Scalar = <E as StateSpace>::Scalar, Point = <E as StateSpace>::Point> + Sync + 'a;
+pub(crate) type Boxed<'a, E> = dyn Neighbour<
+        Scalar = <E as Space>::Scalar,
+        Point = <E as Space>::Point,
+        Value = <E as Space>::Scalar,
+    > + Sync
+    + 'a;
 
 /// What is done with a neighbour equation and its v.
-pub(super) type Use<'a, E> =
-    dyn FnMut(&Boxed<'_, E>, &[<E as StateSpace>::Scalar]) -> Result<(), Error> + 'a;
+pub(crate) type Use<'a, E> =
+    dyn FnMut(&Boxed<'_, E>, &[<E as Space>::Scalar]) -> Result<(), Error> + 'a;
 
 /// What a neighbour equation is made of, besides its pairs.
-pub(super) struct Of<'a, E> {
-    pub(super) equation: &'a E,
-    pub(super) coefficients: &'a Dense<'a, f64>,
-    pub(super) solution: &'a Solution,
+pub(crate) struct Of<'a, E> {
+    pub(crate) equation: &'a E,
+    /// K', unless the degree has it in closed form.
+    pub(crate) coefficients: Option<&'a Dense<'a, f64>>,
+    pub(crate) solution: &'a Solution,
+}
+
+/// Coefficients in closed form.
+pub(crate) type Closed<'e> = Box<dyn GalerkinMatrix<Scalar = f64> + Sync + 'e>;
+
+impl<'a, E> Of<'a, E> {
+    /// The table of K'.
+    pub(crate) fn table(&self) -> Result<&'a Dense<'a, f64>, Error> {
+        self.coefficients
+            .ok_or(Error::Internal("coefficients in closed form have no table"))
+    }
 }
 
 /// Functions on a cell, whose number the steps of walks take as a constant. It is object safe, so that an equation may
 /// have several degrees.
-pub(super) trait Degree<E: CustomEquation>: Send + Sync {
+pub(crate) trait Degree<E: CustomEquation>: Send + Sync {
     /// B.
     fn functions(&self) -> usize;
 
     /// Whether pairs may be pointwise.
     fn has_integrals(&self) -> bool {
         false
+    }
+
+    /// The pairs of the paper: all in S, unless the equation has pairs that are better left out.
+    fn paper(&self) -> DiagonalRule {
+        IN_S
+    }
+
+    /// Whether [`matrix`](Self::matrix) has a closed form.
+    fn is_closed(&self) -> bool {
+        false
+    }
+
+    /// K' in closed form, if it has one: then walks have h = k and G in closed form, too.
+    fn matrix<'e>(&self, equation: &'e E) -> Option<Closed<'e>> {
+        let _ = equation;
+        None
     }
 
     /// Fills the rows of K' of a cell.
@@ -97,7 +133,7 @@ pub(super) trait Degree<E: CustomEquation>: Send + Sync {
 
 /// B functions on a cell, with all pairs in S.
 #[derive(Debug)]
-pub(super) struct Smooth<const B: usize>;
+pub(crate) struct Smooth<const B: usize>;
 
 /// B functions on a cell, with pairs of any kind.
 #[derive(Debug)]
@@ -154,11 +190,12 @@ impl<E: CustomEquation + TransitionMoments<B>, const B: usize> Degree<E> for Smo
         kinds: Kinds,
         then: &mut Use<'_, E>,
     ) -> Result<(), Error> {
-        if kinds != Kinds::AllInS {
+        if !matches!(kinds, Kinds::AllInS | Kinds::Paper) {
             return Err(Error::Internal("pointwise pairs need their integrals"));
         }
-        let vectors = of.solution.for_walks(of.coefficients, IN_S)?;
-        let rounded = Rounded::new(of.coefficients);
+        let coefficients = of.table()?;
+        let vectors = of.solution.for_walks(coefficients, IN_S)?;
+        let rounded = Rounded::new(coefficients);
         let neighbour: Piecewise<'_, _, _, _, _, _, B> =
             vectors.piecewise(of.equation, &rounded)?;
         then(&neighbour, vectors.v())
@@ -170,24 +207,33 @@ impl<E: CustomEquation + TransitionMoments<B>, const B: usize> Degree<E> for Smo
         nodes: &Nodes<E::Point>,
         kinds: Kinds,
     ) -> Result<f64, Error> {
-        let equation = of.equation;
-        let square = |x: &Located<E::Point>, j: usize| {
-            let terms = nodes.weighted(j).map(|(y, weight)| {
-                let k = equation.kernel(&x.point, &y).to_f64();
-                weight * k * k * equation.density(&x.point, &y).to_f64()
-            });
-            terms.sum::<f64>()
-        };
-        let rounded = Rounded::new(of.coefficients);
-        let points = |cell| nodes.shares(cell).map(|(x, _)| x);
-        Ok(second_moment_radius::<_, _, _, B>(
-            equation,
-            &rounded,
-            &kinds.any(),
-            points,
-            square,
-        )?)
+        squared_radius::<_, _, B>(of.equation, of.table()?, nodes, &kinds.any(IN_S))
     }
+}
+
+/// The spectral radius of T_h²p, estimated, of coefficients in f64.
+pub(crate) fn squared_radius<E, C, const B: usize>(
+    equation: &E,
+    coefficients: &C,
+    nodes: &Nodes<E::Point>,
+    pairs: &AnyPairs<'_>,
+) -> Result<f64, Error>
+where
+    E: CustomEquation + TransitionMoments<B>,
+    C: Coefficients<B, Scalar = f64>,
+{
+    let square = |x: &Located<E::Point>, j: usize| {
+        let terms = nodes.weighted(j).map(|(y, weight)| {
+            let k = equation.kernel(&x.point, &y).to_f64();
+            weight * k * k * equation.density(&x.point, &y).to_f64()
+        });
+        terms.sum::<f64>()
+    };
+    let rounded = Rounded::new(coefficients);
+    let points = |cell| nodes.shares(cell).map(|(x, _)| x);
+    Ok(second_moment_radius::<_, _, _, B>(
+        equation, &rounded, pairs, points, square,
+    )?)
 }
 
 /// Adds to the rows of a cell what `integrals` says of a point and another cell: ∫_Xj K(x,y) ψ_jb(y) dμ(y).
@@ -252,17 +298,18 @@ where
         kinds: Kinds,
         then: &mut Use<'_, E>,
     ) -> Result<(), Error> {
-        let rounded = Rounded::new(of.coefficients);
+        let coefficients = of.table()?;
+        let rounded = Rounded::new(coefficients);
         match kinds {
-            Kinds::AllInS => Smooth::<B>.with_neighbour(of, kinds, then),
+            Kinds::AllInS | Kinds::Paper => Smooth::<B>.with_neighbour(of, kinds, then),
             Kinds::DiagonalPointwise => {
-                let vectors = of.solution.for_walks(of.coefficients, DIAGONAL)?;
+                let vectors = of.solution.for_walks(coefficients, DIAGONAL)?;
                 let neighbour: Piecewise<'_, _, _, _, _, _, B> =
                     vectors.with_pointwise(of.equation, &rounded)?;
                 then(&neighbour, vectors.v())
             }
             Kinds::AllPointwise => {
-                let vectors = of.solution.for_walks(of.coefficients, AllPointwise)?;
+                let vectors = of.solution.for_walks(coefficients, AllPointwise)?;
                 let neighbour: Piecewise<'_, _, _, _, _, _, B> =
                     vectors.with_pointwise(of.equation, &rounded)?;
                 then(&neighbour, vectors.v())

@@ -2,6 +2,7 @@
 
 mod cells;
 mod degree;
+mod lifted;
 mod quadrature;
 mod scores;
 mod system;
@@ -11,20 +12,27 @@ mod whole;
 use core::fmt;
 
 use fredholm_core::galerkin::{
-    CellMap, PairIntegral, TransitionMoments, buffer, collatz_wielandt_bounds,
+    Cells, PairIntegral, PairKind, TransitionMoments, buffer, collatz_wielandt_bounds,
 };
-use fredholm_core::whole::Starts;
-use fredholm_core::{Equation, Located, Source, TransitionDensity};
+use fredholm_core::global::Stationary;
+use fredholm_core::{Density, Equation, Lights, Space};
 use fredholm_rayon::fill_rows;
 
 use crate::{Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Subject};
-use cells::Nodes;
-use degree::{Smooth, WithIntegrals};
-use fredholm_model::About;
+pub(crate) use cells::Nodes;
+use degree::WithIntegrals;
+pub(crate) use degree::{Closed, Degree, Kinds, Of, Smooth, Use, squared_radius};
 use fredholm_model::EquationError;
+use fredholm_model::resolvent::{
+    self, ByDensity, ResolventAnswer, ResolventQuestion, ResolventSizes,
+};
+use fredholm_model::{About, LastSteps};
 use system::CustomPartition;
-use walk::{Equations, Walks, place};
+use walk::{Equations, OwnLights, Walks, place};
 use whole::{OwnStarts, UniformStarts};
+
+/// The place in space of a point with these coordinates.
+type PlaceFn = dyn Fn(&[f64]) -> [f64; 3] + Send + Sync;
 
 /// A weight, as a function of the point.
 type PointFn<P> = dyn Fn(&P) -> f64 + Send + Sync;
@@ -39,8 +47,6 @@ const COARSE: usize = 48;
 const POWERS: u32 = 100;
 /// Seconds of a value of k and of p, unless the equation says otherwise.
 const KERNEL: f64 = 10e-9;
-/// A q0 for what does not depend on it.
-const ANY: f64 = 0.5;
 
 /// Equation that a [`CustomModel`] can be of: it has a chain, a kernel, a source, cells that are images of a cube, and exact
 /// transition masses. Every type with these traits of `fredholm-core` is one.
@@ -48,16 +54,15 @@ const ANY: f64 = 0.5;
 /// ```
 /// use fredholm::{CustomEquation, CustomModel, Report, SolveError, Solver};
 ///
-/// /// The mean of any equation that is told apart by its absorption and its cells.
+/// /// The mean of any equation that is told apart by its cells.
 /// fn mean<E: CustomEquation<Scalar = f64>>(model: &CustomModel<E>) -> Result<Report, SolveError> {
 ///     Solver::new(model).mean().solve_to(1e-3)
 /// }
 /// ```
 pub trait CustomEquation:
-    Equation<Point: Send + Sync>
-    + Source
-    + TransitionDensity
-    + CellMap
+    Equation<Point: Send + Sync, Value = <Self as Space>::Scalar>
+    + Density
+    + Cells
     + TransitionMoments
     + Send
     + Sync
@@ -66,10 +71,9 @@ pub trait CustomEquation:
 }
 
 impl<E> CustomEquation for E where
-    E: Equation<Point: Send + Sync>
-        + Source
-        + TransitionDensity
-        + CellMap
+    E: Equation<Point: Send + Sync, Value = <E as Space>::Scalar>
+        + Density
+        + Cells
         + TransitionMoments
         + Send
         + Sync
@@ -80,51 +84,44 @@ impl<E> CustomEquation for E where
 /// Equation of a crate of its own, with everything that the other models have: choice of cells and walks, diagnosis,
 /// sweeps, reports.
 ///
-/// It is made from a function that makes the equation with a number of cells and an absorption probability. Coefficients
+/// It is made from a function that makes the equation with a number of cells. Coefficients
 /// come from quadrature over the cells. Walks are compiled for the equation's own type.
 ///
 /// ```
 /// use fredholm::{CustomModel, Solver};
-/// # use fredholm_core::galerkin::{Basis, CellMap, Partition, TransitionMoments};
-/// # use fredholm_core::{Kernel, Located, Sampler, Source, StateSpace, TransitionDensity, Uniforms};
+/// # use fredholm_core::galerkin::{Basis, Cells, TransitionMoments};
+/// # use fredholm_core::{Chain, Density, Equation, Located, Space, Uniforms};
 /// # use core::convert::Infallible;
-/// # struct Mine { cells: usize, absorption: f64 }
-/// # impl Mine {
-/// #     fn new(cells: usize, absorption: f64) -> Result<Self, Infallible> { Ok(Self { cells, absorption }) }
-/// # }
-/// # impl StateSpace for Mine { type Scalar = f64; type Point = f64; }
-/// # impl Sampler for Mine {
-/// #     fn absorption(&self, _: &f64) -> f64 { self.absorption }
+/// # struct Mine { cells: usize }
+/// # impl Mine { fn new(cells: usize) -> Result<Self, Infallible> { Ok(Self { cells }) } }
+/// # impl Space for Mine { type Scalar = f64; type Point = f64; }
+/// # impl Chain for Mine {
 /// #     fn step<U: Uniforms<f64>>(&self, _: &f64, uniforms: &mut U) -> Option<f64> { Some(uniforms.uniform()) }
 /// # }
-/// # impl TransitionDensity for Mine {
-/// #     fn density(&self, _: &f64, _: &f64) -> f64 { 1.0 - self.absorption }
+/// # impl Density for Mine { fn density(&self, _: &f64, _: &f64) -> f64 { 1.0 } }
+/// # impl Equation for Mine {
+/// #     type Value = f64;
+/// #     fn kernel(&self, x: &f64, y: &f64) -> f64 { 0.5 * x * y }
+/// #     fn source<U: Uniforms<f64>>(&self, x: &f64, _: &mut U) -> f64 { *x }
 /// # }
-/// # impl Kernel for Mine {
-/// #     fn kernel(&self, x: &f64, y: &f64) -> f64 { 0.5 * x * y / (1.0 - self.absorption) }
-/// # }
-/// # impl Source for Mine { fn source(&self, x: &f64) -> f64 { *x } }
-/// # impl Partition for Mine {
+/// # impl Cells for Mine {
+/// #     const DIMENSION: usize = 1;
 /// #     fn cells(&self) -> usize { self.cells }
 /// #     fn locate(&self, x: &f64) -> usize { ((x * self.cells as f64) as usize).min(self.cells - 1) }
-/// # }
-/// # impl Basis for Mine { fn basis(&self, _: &Located<f64>) -> [f64; 1] { [1.0] } }
-/// # impl TransitionMoments for Mine {
-/// #     fn moments(&self, _: &Located<f64>, _: usize) -> [[f64; 1]; 1] {
-/// #         [[(1.0 - self.absorption) / self.cells as f64]]
-/// #     }
-/// # }
-/// # impl CellMap for Mine {
-/// #     const DIMENSION: usize = 1;
 /// #     fn measure(&self, _: usize) -> f64 { 1.0 / self.cells as f64 }
 /// #     fn point(&self, cell: usize, t: &[f64]) -> f64 { (cell as f64 + t[0]) / self.cells as f64 }
+/// #     fn parameters(&self, x: &Located<f64>, t: &mut [f64]) { t[0] = x.point * self.cells as f64 - x.cell as f64 }
 /// #     fn at(&self, x: &[f64]) -> Option<f64> {
 /// #         match *x { [x] if (0.0..=1.0).contains(&x) => Some(x), _ => None }
 /// #     }
 /// # }
+/// # impl Basis for Mine {}
+/// # impl TransitionMoments for Mine {
+/// #     fn moments(&self, _: &Located<f64>, _: usize) -> [[f64; 1]; 1] { [[1.0 / self.cells as f64]] }
+/// # }
 ///
 /// // u(x) = ∫₀¹ ½ x y u(y) dy + x, whose solution is 6x/5; `Mine` has the traits of the core.
-/// let u = CustomModel::new(|cells, absorption| Mine::new(cells, absorption)).weight("edge", |x| x * x);
+/// let u = CustomModel::from_cells(Mine::new).weight("edge", |x| x * x);
 /// let report = Solver::new(&u).at(0.5).mean().weighted("edge").solve_to(1e-4)?;
 /// assert!((report.goals[0].preconditioned.estimate.unwrap() - 0.6).abs() < 5e-4);
 /// assert!((report.goals[2].preconditioned.estimate.unwrap() - 0.3).abs() < 5e-4);
@@ -138,6 +135,10 @@ pub struct CustomModel<E: CustomEquation> {
     coordinates: Vec<[f64; 2]>,
     solution: Option<Box<PointFn<E::Point>>>,
     kernel_seconds: f64,
+    /// Whether the coordinate goes around a closed curve, of which means over arcs are functionals.
+    has_arcs: bool,
+    last_steps: LastSteps,
+    place: Option<Box<PlaceFn>>,
 }
 
 impl<E: CustomEquation> fmt::Debug for CustomModel<E> {
@@ -150,17 +151,16 @@ impl<E: CustomEquation> fmt::Debug for CustomModel<E> {
 }
 
 impl<E: CustomEquation> CustomModel<E> {
-    /// Model of the equation that `build` makes with a number of cells and an absorption probability. What a number of
+    /// Model of the equation that `build` makes with a number of cells. What a number of
     /// cells means is up to it; it may refuse numbers that it does not take.
     ///
     /// Functions are constant on cells, and all pairs of cells are in S, unless the model is told of more.
-    pub fn new<X>(build: impl Fn(usize, f64) -> Result<E, X> + Send + Sync + 'static) -> Self
+    pub fn from_cells<X>(build: impl Fn(usize) -> Result<E, X> + Send + Sync + 'static) -> Self
     where
         X: core::error::Error + Send + Sync + 'static,
     {
-        let build = move |cells: usize, absorption: f64| {
-            let made = build(cells, absorption);
-            made.map_err(|error| Error::Equation(EquationError::new(error)))
+        let build = move |cells: usize| {
+            build(cells).map_err(|error| Error::Equation(EquationError::new(error)))
         };
         Self {
             equations: Equations {
@@ -168,6 +168,7 @@ impl<E: CustomEquation> CustomModel<E> {
                 degrees: vec![Box::new(Smooth::<1>)],
                 weights: Vec::new(),
                 starts: Box::new(UniformStarts),
+                lights: None,
             },
             single: None,
             name: "custom",
@@ -175,6 +176,9 @@ impl<E: CustomEquation> CustomModel<E> {
             coordinates: vec![[0.0, 1.0]; E::DIMENSION],
             solution: None,
             kernel_seconds: KERNEL,
+            has_arcs: false,
+            last_steps: LastSteps::Never,
+            place: None,
         }
     }
 
@@ -202,7 +206,7 @@ impl<E: CustomEquation> CustomModel<E> {
         self
     }
 
-    /// Starts walks of a [whole function](crate::WholeFunction) where the equation says, and scores them in every state of
+    /// Starts walks of a [global estimate](crate::GlobalEstimate) where the equation says, and scores them in every state of
     /// which it knows the density. Otherwise they start uniformly and score in their starts alone. The equation in single
     /// precision says it for itself.
     ///
@@ -210,9 +214,51 @@ impl<E: CustomEquation> CustomModel<E> {
     #[must_use]
     pub fn with_starts(mut self) -> Self
     where
-        E: Starts,
+        E: Stationary,
     {
         self.equations.starts = Box::new(OwnStarts);
+        self
+    }
+
+    /// Lets the last step of walks lead to the equation's lights, whose emission F_s is constant on every cell. `pays`: whether the automatic
+    /// choice looks at it.
+    #[must_use]
+    pub fn with_lights(mut self, pays: bool) -> Self
+    where
+        E: Lights,
+    {
+        self.equations.lights = Some(Box::new(OwnLights));
+        self.last_steps = LastSteps::Open { pay: pays };
+        self
+    }
+
+    /// Says that the only coordinate goes around a closed curve, whose ends are one point: allows means over its arcs. The measure is
+    /// proportional to the coordinate, and cells lie in its order.
+    #[must_use]
+    pub const fn with_arcs(mut self) -> Self {
+        self.has_arcs = true;
+        self
+    }
+
+    /// Sets the place in space of the point with given coordinates, for pictures and meshes.
+    #[must_use]
+    pub fn with_place(
+        mut self,
+        place: impl Fn(&[f64]) -> [f64; 3] + Send + Sync + 'static,
+    ) -> Self {
+        self.place = Some(Box::new(place));
+        self
+    }
+
+    /// Adds the next degree, with closed forms of its own.
+    pub(crate) fn with_degree(mut self, degree: impl Degree<E> + 'static) -> Self {
+        self.equations.degrees.push(Box::new(degree));
+        self
+    }
+
+    /// Takes away all degrees.
+    pub(crate) fn without_degrees(mut self) -> Self {
+        self.equations.degrees.clear();
         self
     }
 
@@ -276,9 +322,9 @@ impl<E: CustomEquation> CustomModel<E> {
 }
 
 impl<E: CustomEquation<Scalar = f64>> CustomModel<E> {
-    /// The equation with so many cells, for what does not depend on its absorption.
+    /// The equation with so many cells.
     fn equation(&self, cells: usize) -> Result<E, Error> {
-        (self.equations.build)(cells, ANY)
+        (self.equations.build)(cells)
     }
 
     /// The numbers of cells for these degrees that the equation takes, with n.
@@ -317,11 +363,11 @@ impl<E: CustomEquation<Scalar = f64>> CustomModel<E> {
     }
 
     /// The spectral radius of T_k²p, estimated on few cells.
-    fn plain_radius(&self, absorption: f64) -> Result<f64, Error> {
+    fn plain_radius(&self) -> Result<f64, Error> {
         let levels = self.all_levels();
         let enough = levels.iter().find(|[_, n]| *n >= COARSE).or(levels.last());
         let [cells, n] = enough.copied().unwrap_or([1, 1]);
-        let equation = (self.equations.build)(cells, absorption)?;
+        let equation = self.equation(cells)?;
         let nodes = Nodes::new(&equation, 2)?;
         let mut matrix: Vec<f64> = buffer(n.saturating_mul(n))?;
         fill_rows(&mut matrix, n, |i, row| {
@@ -375,6 +421,15 @@ impl<E: CustomEquation<Scalar = f64>> CustomModel<E> {
             Region::Whole => return Ok(()),
             Region::Point(x) => return place(equation, x).map(|_| ()),
             Region::Weight(number) if *number < self.equations.weights.len() => return Ok(()),
+            Region::Arc(from, to) if self.has_arcs => {
+                let [low, high] = self.coordinates.first().copied().unwrap_or([0.0, 1.0]);
+                if low <= *from && from < to && *to <= high {
+                    return Ok(());
+                }
+                format!(
+                    "an interval is from a coordinate to a larger one, both from {low} to {high}"
+                )
+            }
             Region::Weight(number) => format!("there is no weight of number {number}"),
             _ => {
                 "an equation of a crate of its own has points, weights, and the mean over all of it"
@@ -393,14 +448,14 @@ impl<E: CustomEquation<Scalar = f64>> CustomModel<E> {
             let names = (0..).map_while(|number| walks.weight(number).map(str::to_owned));
             names.collect()
         };
-        let has = |walks: &dyn Walks| (walks.integrals(), names(walks));
+        let has = |walks: &dyn Walks| (walks.integrals(), names(walks), walks.has_lights());
         if has(&**single) == has(&self.equations) {
             return Ok(());
         }
         Err(Error::Option {
             subject: Subject::Problem,
-            message: "the equation in single precision needs the degrees, the pair integrals and the weights of that in \
-                      double precision"
+            message: "the equation in single precision needs the degrees, the pair integrals, the weights and the \
+                      lights of that in double precision"
                 .to_owned(),
         })
     }
@@ -428,9 +483,46 @@ impl<E: CustomEquation<Scalar = f64>> Model for CustomModel<E> {
         regions.try_for_each(|region| self.check_region(&equation, region))
     }
 
+    fn place(&self, region: &Region) -> Option<[f64; 3]> {
+        match (region, &self.place) {
+            (Region::Point(x), Some(place)) => Some(place(x)),
+            (Region::Point(x), None) if x.len() <= 3 => {
+                let mut all = [0.0; 3];
+                all.get_mut(..x.len())?.copy_from_slice(x);
+                Some(all)
+            }
+            _ => None,
+        }
+    }
+
+    fn around(&self) -> Option<[f64; 2]> {
+        self.coordinates.first().copied().filter(|_| self.has_arcs)
+    }
+
+    fn last_steps(&self) -> LastSteps {
+        self.last_steps
+    }
+
+    fn by_resolvent(&self, question: &ResolventQuestion<'_>) -> Result<ResolventAnswer, Error> {
+        let levels = match question.settings.cells {
+            Some(cells) => vec![[cells, self.equation(cells)?.cells()]],
+            None => self.all_levels(),
+        };
+        let sizes = ResolventSizes {
+            levels,
+            dimension: E::DIMENSION,
+            seconds: [self.kernel_seconds; 2],
+        };
+        resolvent::answer(question, &sizes, &|cells, degree| {
+            let equation = ByDensity(self.equation(cells)?);
+            resolvent::cut_of(equation, &self.equations, degree)
+        })
+    }
+
     /// Along every coordinate, the last one fastest.
     fn grid(&self, points: usize, _: Option<usize>) -> Vec<Region> {
-        let last = points.saturating_sub(1).max(1) as f64;
+        // The ends of a closed curve are one point.
+        let last = points.saturating_sub(usize::from(!self.has_arcs)).max(1) as f64;
         let mut all = vec![Vec::new()];
         for &[low, high] in &self.coordinates {
             let at = |i: usize| low + (high - low) * (i as f64 / last);
@@ -447,15 +539,15 @@ impl<E: CustomEquation<Scalar = f64>> Model for CustomModel<E> {
 
     /// Where the parameters of points are known there are polynomials of any degree.
     fn has_whole(&self) -> bool {
-        let middle = [0.5; cells::MOST_DIMENSIONS];
-        self.equation(self.default_cells(0)).is_ok_and(|equation| {
-            let middle = middle.get(..E::DIMENSION).unwrap_or_default();
-            let x = Located {
-                point: equation.point(0, middle),
-                cell: 0,
-            };
-            scores::parameters(&equation, &x).is_some()
-        })
+        true
+    }
+
+    fn has_sequences(&self) -> bool {
+        true
+    }
+
+    fn most_lift(&self) -> usize {
+        lifted::HIGHEST - 1
     }
 
     fn exact(&self, region: &Region) -> Result<Option<f64>, Error> {
@@ -468,6 +560,11 @@ impl<E: CustomEquation<Scalar = f64>> Model for CustomModel<E> {
                 Ok(Some(u(&place(&equation, x)?)))
             }
             Region::Whole => self.integral(u, true),
+            Region::Arc(from, to) => {
+                let equation = self.equation(self.default_cells(0))?;
+                let mean = walk::mean_between(&equation, [*from, *to], &|x| u(&x))?;
+                Ok(Some(mean))
+            }
             Region::Weight(number) => match self.equations.weights.get(*number) {
                 Some((_, weight)) => self.integral(|x| weight(x) * u(x), false),
                 None => Ok(None),
@@ -490,10 +587,16 @@ impl<E: CustomEquation<Scalar = f64>> Model for CustomModel<E> {
             );
         };
         match pairs {
-            Pairs::Theory => refuse(
-                Subject::Pairs,
-                "an equation of a crate of its own has no pairs that are chosen one by one",
-            ),
+            // A sample without a step of these pairs looks as if there were no variance left.
+            Pairs::Paper
+                if degree.functions() > 1 && degree.paper().diagonal == PairKind::Dropped =>
+            {
+                refuse(
+                    Subject::Pairs,
+                    "\"paper\" leaves steps within a cell out: with a `degree` above 0 they are what is left of the \
+                     variance, and so rare that error bars would miss them; use \"default\"",
+                )
+            }
             Pairs::Pointwise if !degree.has_integrals() => refuse(
                 Subject::Pairs,
                 "pointwise pairs need the exact integrals of the kernel over cells: see \

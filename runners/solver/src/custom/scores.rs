@@ -1,8 +1,8 @@
 //! Polynomials of any degree on the cells of an equation, and what T_K makes of them by quadrature.
 
-use fredholm_core::galerkin::{CellMap, legendre};
-use fredholm_core::whole::Scores;
-use fredholm_core::{Located, Real};
+use fredholm_core::galerkin::{Cells, legendre};
+use fredholm_core::global::Scores;
+use fredholm_core::{Located, NoDraws, Real};
 use fredholm_variance::gauss;
 
 use super::CustomEquation;
@@ -59,6 +59,21 @@ impl Polynomials {
         }
     }
 
+    /// Adds `score` times every polynomial at the parameters of a point.
+    pub(super) fn add_at(&self, t: &[f64], score: f64, sums: &mut [f64]) {
+        let mut all = [0.0; MOST_DIMENSIONS];
+        for (to, from) in all.iter_mut().zip(t) {
+            *to = *from;
+        }
+        self.add(&all, score, sums);
+    }
+
+    /// The sum of every polynomial times its coefficient.
+    pub(super) fn value(&self, t: &[f64; MOST_DIMENSIONS], coefficients: &[f64]) -> f64 {
+        let terms = coefficients.iter().zip(self.at(t));
+        terms.map(|(c, psi)| c * psi).sum()
+    }
+
     /// Every function at these parameters.
     fn at(&self, t: &[f64; MOST_DIMENSIONS]) -> impl Iterator<Item = f64> {
         let axes: [Axis; MOST_DIMENSIONS] = t.map(|t| legendre(2.0 * t - 1.0));
@@ -74,14 +89,11 @@ fn total(degrees: &[u8; MOST_DIMENSIONS]) -> usize {
     degrees.iter().copied().map(usize::from).sum()
 }
 
-/// The parameters of a point, if the equation knows them.
-pub(super) fn parameters<E: CellMap>(
-    equation: &E,
-    x: &Located<E::Point>,
-) -> Option<[f64; MOST_DIMENSIONS]> {
-    let mut t = [0.0; MOST_DIMENSIONS];
-    let own = t.get_mut(..E::DIMENSION)?;
-    equation.parameters(x, own).then_some(t)
+/// The parameters of a point of a cell in f64, and zeros behind them.
+pub(super) fn parameters<E: Cells>(equation: &E, x: &Located<E::Point>) -> [f64; MOST_DIMENSIONS] {
+    let mut own = [num_traits::zero::<E::Scalar>(); MOST_DIMENSIONS];
+    equation.parameters(x, &mut own[..E::DIMENSION]);
+    own.map(Real::to_f64)
 }
 
 /// Polynomials on all cells of an equation, for scores of walks.
@@ -101,9 +113,8 @@ impl<E: CustomEquation> Scores<E::Point> for CellScores<'_, E> {
 
     fn add(&self, x: &Located<E::Point>, score: f64, sums: &mut [f64]) {
         let start = x.cell * self.functions();
-        if let Some(own) = sums.get_mut(start..start + self.functions())
-            && let Some(t) = parameters(self.equation, x)
-        {
+        if let Some(own) = sums.get_mut(start..start + self.functions()) {
+            let t = parameters(self.equation, x);
             self.polynomials.add(&t, score, own);
         }
     }
@@ -111,14 +122,11 @@ impl<E: CustomEquation> Scores<E::Point> for CellScores<'_, E> {
     fn value(&self, x: &Located<E::Point>, coefficients: &[f64]) -> f64 {
         let start = x.cell * self.functions();
         let own = coefficients.get(start..start + self.functions());
-        match (own, parameters(self.equation, x)) {
-            (Some(own), Some(t)) => own
-                .iter()
-                .zip(self.polynomials.at(&t))
-                .map(|(c, psi)| c * psi)
-                .sum(),
-            _ => f64::NAN,
-        }
+        let t = parameters(self.equation, x);
+        own.map_or(f64::NAN, |own| {
+            let terms = own.iter().zip(self.polynomials.at(&t));
+            terms.map(|(c, psi)| c * psi).sum()
+        })
     }
 }
 
@@ -132,7 +140,7 @@ pub(super) struct Integrals<'a, E: CustomEquation> {
     rule: Vec<[f64; 2]>,
 }
 
-impl<'a, E: CustomEquation<Scalar = f64>> Integrals<'a, E> {
+impl<'a, E: CustomEquation> Integrals<'a, E> {
     /// Prepares rules of so many points of a cell and axis.
     pub(super) fn new(
         (equation, polynomials): (&'a E, &'a Polynomials),
@@ -148,6 +156,13 @@ impl<'a, E: CustomEquation<Scalar = f64>> Integrals<'a, E> {
         })
     }
 
+    /// (T_K v)(x).
+    pub(super) fn image(&self, x: &E::Point) -> f64 {
+        let mut image = 0.0;
+        self.add_cells(x, 1.0, &mut image, &mut []);
+        image
+    }
+
     /// Adds `weight` times F(x), (T_K v)(x), and ∫_Xj K(x,y) ψ_jb(y) dμ(y) for all j and b.
     ///
     /// In the cell of x every axis is cut at x, where kernels have their kinks.
@@ -155,20 +170,26 @@ impl<'a, E: CustomEquation<Scalar = f64>> Integrals<'a, E> {
         let [source, image, integrals @ ..] = out else {
             return;
         };
-        *source += weight * self.equation.source(x).to_f64();
+        *source += weight * self.equation.source(x, &mut NoDraws).to_f64();
+        self.add_cells(x, weight, image, integrals);
+    }
+
+    /// Adds (T_K v)(x), and the integrals of K(x, ·) times every polynomial of every cell, if there is room for them.
+    fn add_cells(&self, x: &E::Point, weight: f64, image: &mut f64, integrals: &mut [f64]) {
         let own = Located {
             point: *x,
             cell: self.equation.locate(x),
         };
         let cuts = parameters(self.equation, &own);
-        let each = integrals.chunks_exact_mut(self.polynomials.functions());
-        for (cell, integrals) in each.enumerate() {
-            let cuts = cuts.filter(|_| cell == own.cell);
-            let weight = weight * self.equation.measure(cell);
+        let width = self.polynomials.functions();
+        for cell in 0..self.equation.cells() {
+            let cuts = Some(cuts).filter(|_| cell == own.cell);
             let mut at = Node {
                 t: [0.0; MOST_DIMENSIONS],
-                share: weight,
+                share: weight * self.equation.measure(cell),
             };
+            let integrals = integrals.get_mut(cell * width..(cell + 1) * width);
+            let integrals = integrals.unwrap_or(&mut []);
             self.add_cell(x, (cell, &cuts), 0, &mut at, (image, integrals));
         }
     }
@@ -185,9 +206,11 @@ impl<'a, E: CustomEquation<Scalar = f64>> Integrals<'a, E> {
         if axis == E::DIMENSION {
             let point = self.equation.point(cell, &at.t[..E::DIMENSION]);
             let k = self.equation.kernel(x, &point) * self.equation.density(x, &point);
-            let score = at.share * k;
+            let score = at.share * k.to_f64();
             *image += score * (self.v)(&Located { point, cell });
-            self.polynomials.add(&at.t, score, integrals);
+            if !integrals.is_empty() {
+                self.polynomials.add(&at.t, score, integrals);
+            }
             return;
         }
         let cut = cuts.map_or(0.0, |cuts| cuts[axis].clamp(0.0, 1.0));

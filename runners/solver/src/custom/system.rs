@@ -5,19 +5,22 @@ use std::sync::Mutex;
 use fredholm_core::galerkin::{GalerkinMatrix, Solution, buffer};
 use fredholm_embedded::TableBuilder;
 use fredholm_rayon::fill_rows;
-use fredholm_variance::{Density, MeanCoefficients, Start as Begin, VarianceSetup};
+use fredholm_variance::{Density, MeanCoefficients, Quadrature, Start as Begin, VarianceSetup};
 
 use super::cells::{Nodes, Uniform};
 use super::degree::{Degree, Kinds, Of};
+use super::lifted::{self, Lifted};
 use super::quadrature::Sites;
-use super::walk::{How, Solved, Walks, place};
+use super::walk::{How, Lit, Solved, Walks, known_of, place};
 use super::whole::CustomWhole;
 use super::{CustomEquation, CustomModel};
-use crate::{Discretisation, Error, Goal, Pairs, Partitioned, Region, Scalar, Subject, System};
-use fredholm_core::Form;
+use crate::{
+    Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Scalar, Subject, System,
+};
+use fredholm_core::{Absorption, Form, Located, NoDraws};
 use fredholm_model::Examined;
 use fredholm_model::cost::{Cost, PointwisePairs, WalkCost};
-use fredholm_model::{Request, Then, WalkOptions, WholeSystem};
+use fredholm_model::{GlobalSystem, Request, SavedSystem, Then, WalkOptions};
 
 /// The relative residual at which the iteration for v stops.
 const TOLERANCE: f64 = 1e-14;
@@ -27,6 +30,14 @@ const SWEEPS: u32 = 4000;
 const MOST_NODES: usize = 20_000;
 /// Seconds of a state of a walk besides its kernel, as for the other kinds of equations.
 const STATE: f64 = 20e-9;
+/// Values of F in a cell, for its means.
+const VALUES_OF_SOURCE: f64 = 64.0;
+/// The most points of an axis for the means of F: exact for half a wave on a cell.
+const MOST_POINTS: usize = 16;
+/// Seconds of the set-up for an unknown, where coefficients are closed forms.
+const CLOSED: f64 = 1e-6;
+/// Seconds of a polynomial of the highest degree at a point.
+const FUNCTION: f64 = 2e-9;
 /// Places into which a diagnosis sums the cells.
 const PLACES: usize = 16;
 
@@ -70,8 +81,8 @@ impl<'m, E: CustomEquation<Scalar = f64>> CustomPartition<'m, E> {
         })
     }
 
-    pub(super) fn equation(&self, absorption: f64) -> Result<E, Error> {
-        (self.model.equations.build)(self.asked, absorption)
+    pub(super) fn equation(&self) -> Result<E, Error> {
+        (self.model.equations.build)(self.asked)
     }
 
     pub(super) fn of_degree(&self) -> Result<&'m dyn Degree<E>, Error> {
@@ -86,7 +97,9 @@ impl<'m, E: CustomEquation<Scalar = f64>> CustomPartition<'m, E> {
     pub(super) fn kinds(&self, pairs: Pairs) -> Kinds {
         let has_integrals = self.of_degree().is_ok_and(|degree| degree.has_integrals());
         match pairs {
+            Pairs::Paper => Kinds::Paper,
             Pairs::Pointwise => Kinds::AllPointwise,
+            Pairs::Default if self.is_closed() => Kinds::AllPointwise,
             Pairs::Default if has_integrals => Kinds::DiagonalPointwise,
             _ => Kinds::AllInS,
         }
@@ -104,9 +117,21 @@ impl<'m, E: CustomEquation<Scalar = f64>> CustomPartition<'m, E> {
         }
     }
 
+    /// Whether coefficients are closed forms.
+    fn is_closed(&self) -> bool {
+        self.of_degree().is_ok_and(|degree| degree.is_closed())
+    }
+
     /// Values of the kernel in a cell.
     fn values(&self) -> f64 {
         self.points.max(1).pow(E::DIMENSION as u32) as f64
+    }
+
+    /// Points of a cell and axis for the means of F, which cost nothing beside a row of K'.
+    fn points_of_source(&self) -> usize {
+        let affordable = VALUES_OF_SOURCE.powf(1.0 / E::DIMENSION as f64);
+        self.points
+            .max((affordable.round() as usize).min(MOST_POINTS))
     }
 
     /// Nodes of a site, one more an axis than the square of k − h needs.
@@ -114,19 +139,13 @@ impl<'m, E: CustomEquation<Scalar = f64>> CustomPartition<'m, E> {
         self.degree + 2
     }
 
-    /// Sites for about so many nodes: parts of cells where the equation can be cut so, or its cells.
-    fn sites(&self, nodes: usize, absorption: f64) -> Result<Sites<E>, Error> {
+    /// Sites for about so many nodes: parts of cells, or cells.
+    fn sites(&self, nodes: usize) -> Result<Sites<E>, Error> {
         let points = self.points_of_site();
-        let nodes_of_cells = self.all * points.pow(E::DIMENSION as u32);
         let d = E::DIMENSION as u32;
+        let nodes_of_cells = self.all * points.pow(d);
         let parts = (nodes as f64 / nodes_of_cells as f64).powf(1.0 / f64::from(d));
-        for parts in (2..=parts as usize).rev() {
-            let finer = self.asked.saturating_mul(parts.pow(d));
-            if let Ok(finer) = (self.model.equations.build)(finer, absorption) {
-                return Sites::new(finer, points);
-            }
-        }
-        Sites::new(self.equation(absorption)?, points)
+        Sites::new(self.equation()?, (parts as usize).max(1), points)
     }
 }
 
@@ -152,7 +171,12 @@ impl<'m, E: CustomEquation<Scalar = f64>> Partitioned<'m> for CustomPartition<'m
         let nodes = (self.all as f64 * self.values()) as usize;
         let points = nodes.saturating_mul(size_of::<E::Point>());
         // K', F', v, G and their copies.
-        n.saturating_mul(n.saturating_mul(8).saturating_add(8 * 8))
+        let of_matrix = if self.is_closed() {
+            0
+        } else {
+            n.saturating_mul(8)
+        };
+        n.saturating_mul(of_matrix.saturating_add(8 * 8))
             .saturating_add(points)
             .saturating_add(goals.len().saturating_mul(1024))
     }
@@ -170,12 +194,16 @@ impl<'m, E: CustomEquation<Scalar = f64>> Partitioned<'m> for CustomPartition<'m
         };
         let follow = step + STATE + 1e-9 * b * b;
         Cost {
-            setup: n * n * (values * values * kernel + 20e-9 * b * b),
+            setup: match self.is_closed() {
+                true => n * b * CLOSED,
+                false => n * n * (values * values * kernel + 20e-9 * b * b),
+            },
             // The moments of h, for its variance, are most of it.
-            source: n * n * (values * 10e-9 * b * b + 3e-9 * b * b),
+            source: match self.is_closed() {
+                true => n * b * CLOSED,
+                false => n * n * (values * 10e-9 * b * b + 3e-9 * b * b),
+            },
             kept: 0.0,
-            moments: 0.0,
-            moments_power: 0.0,
             walk: WalkCost {
                 start: follow,
                 step: follow,
@@ -183,13 +211,33 @@ impl<'m, E: CustomEquation<Scalar = f64>> Partitioned<'m> for CustomPartition<'m
                 ..plain
             },
             plain,
-            light: 0.0,
+            light: 0.5 * step,
         }
     }
 
+    fn lift_cost(&self, degree: usize) -> Option<Cost> {
+        let equation = self.equation().ok()?;
+        let values = lifted::values(&equation, degree, degree + 3);
+        let kernel = self.model.kernel_seconds;
+        let cost = self.cost(Pairs::Default);
+        let functions = fredholm_core::galerkin::functions(E::DIMENSION, lifted::HIGHEST) as f64;
+        let follow = WalkCost {
+            score: cost.walk.score + FUNCTION * functions + 2.0 * kernel,
+            ..cost.plain
+        };
+        Some(Cost {
+            setup: cost.setup + values * kernel,
+            source: 0.0,
+            walk: follow,
+            ..cost
+        })
+    }
+
     fn pointwise_pairs(&self, pairs: Pairs) -> Result<PointwisePairs, Error> {
+        // Their closed forms are a part of a score.
         let seen = match self.kinds(pairs) {
-            Kinds::AllInS => 0.0,
+            _ if self.is_closed() => 0.0,
+            Kinds::AllInS | Kinds::Paper => 0.0,
             Kinds::DiagonalPointwise => 1.0,
             Kinds::AllPointwise => self.all as f64,
         };
@@ -197,17 +245,19 @@ impl<'m, E: CustomEquation<Scalar = f64>> Partitioned<'m> for CustomPartition<'m
     }
 
     fn evaluations(&self, _: u32) -> f64 {
-        (self.all as f64 * self.values()).powi(2)
+        match self.is_closed() {
+            true => self.unknowns() as f64,
+            false => (self.all as f64 * self.values()).powi(2),
+        }
     }
 
-    fn plain_radius(&self, absorption: f64) -> Result<f64, Error> {
-        self.model.plain_radius(absorption)
+    fn plain_radius(&self) -> Result<f64, Error> {
+        self.model.plain_radius()
     }
 
     fn check_variance(&self, walk: &WalkOptions) -> Result<(), Error> {
-        let absorption = walk.absorption;
-        fredholm_model::finite::check_plain("k², the square of K/p,", absorption, || {
-            self.plain_radius(absorption)
+        fredholm_model::finite::check_plain("k², the square of K/p,", walk.absorption, || {
+            self.plain_radius()
         })
     }
 
@@ -226,29 +276,62 @@ impl<'m, E: CustomEquation<Scalar = f64>> Partitioned<'m> for CustomPartition<'m
         })
     }
 
-    fn solve(&self, absorption: f64) -> Result<Box<dyn System + 'm>, Error> {
-        let (equation, degree) = (self.equation(absorption)?, self.of_degree()?);
+    fn solve(&self) -> Result<Box<dyn System + 'm>, Error> {
+        let (equation, degree) = (self.equation()?, self.of_degree()?);
         let functions = degree.functions();
         let nodes = Nodes::new(&equation, self.points)?;
-        let unknowns = self.unknowns();
-        let entries = unknowns.saturating_mul(unknowns);
-        let mut entries: Vec<f64> = buffer(entries)?;
-        fill_rows(&mut entries, unknowns * functions, |cell, rows| {
-            degree.fill(&equation, &nodes, cell, rows);
-            Ok::<(), Error>(())
-        })?;
-        let source = degree.means(&equation, &nodes, &|x| equation.source(x));
+        let of_source = Nodes::new(&equation, self.points_of_source())?;
+        let source = degree.means(&equation, &of_source, &|x| equation.source(x, &mut NoDraws));
+        drop(of_source);
+        let closed = degree.matrix(&equation);
+        let mut entries: Vec<f64> = Vec::new();
+        if closed.is_none() {
+            let unknowns = self.unknowns();
+            entries = buffer(unknowns.saturating_mul(unknowns))?;
+            fill_rows(&mut entries, unknowns * functions, |cell, rows| {
+                degree.fill(&equation, &nodes, cell, rows);
+                Ok::<(), Error>(())
+            })?;
+        }
         let mut solved = Solved {
             cells: self.asked,
             degree: self.degree,
             entries,
             shape: [self.all, functions],
             solution: NOTHING,
+            lifted: None,
         };
-        solved.solution = Solution::new(&solved.coefficients()?, source, TOLERANCE, SWEEPS)?;
+        let solution = match (&closed, &solved.coefficients()) {
+            (Some(closed), _) => Solution::new(&**closed, source, TOLERANCE, SWEEPS)?,
+            (None, Some(dense)) => Solution::new(dense, source, TOLERANCE, SWEEPS)?,
+            (None, None) => return Err(Error::Internal("a table has a wrong size")),
+        };
+        solved.solution = solution;
         Ok(Box::new(CustomSystem {
             cut: *self,
             solved,
+            radii: Mutex::default(),
+        }))
+    }
+
+    fn restore(&self, saved: SavedSystem<'m>) -> Result<Box<dyn System + 'm>, Error> {
+        let unknowns = self.unknowns();
+        let coefficients = match self.is_closed() {
+            true => Some(0),
+            false => unknowns.checked_mul(unknowns),
+        };
+        let solution = saved.fitting(unknowns, coefficients, Some(0))?;
+        let functions = self.of_degree()?.functions();
+        Ok(Box::new(CustomSystem {
+            cut: *self,
+            solved: Solved {
+                cells: self.asked,
+                degree: self.degree,
+                entries: saved.coefficients.into_owned(),
+                shape: [self.all, functions],
+                solution,
+                lifted: None,
+            },
             radii: Mutex::default(),
         }))
     }
@@ -269,16 +352,64 @@ const NOTHING: Solution = Solution {
 pub(super) struct CustomSystem<'m, E: CustomEquation> {
     pub(super) cut: CustomPartition<'m, E>,
     pub(super) solved: Solved,
-    /// The spectral radii of T_h²p that are known, by pairs and absorption.
-    radii: Mutex<Vec<(Kinds, f64, f64)>>,
+    /// The spectral radii of T_h²p that are known, by pairs.
+    radii: Mutex<Vec<(Kinds, f64)>>,
 }
 
 impl<E: CustomEquation<Scalar = f64>> CustomSystem<'_, E> {
+    /// The kinds of pairs: of a lift all are pointwise.
+    pub(super) fn kinds(&self, pairs: Pairs) -> Kinds {
+        match self.solved.lifted {
+            Some(_) => Kinds::AllPointwise,
+            None => self.cut.kinds(pairs),
+        }
+    }
+
+    /// The densities of starts of all arcs that are asked for, in the order of their goals: even on the nodes there.
+    fn arcs<'a>(
+        &self,
+        uniform: &'a Uniform<'a, E>,
+        quadrature: &Sites<E>,
+        goals: &[Goal],
+    ) -> Result<Vec<impl Fn(&E::Point) -> Density + Sync + use<'a, E>>, Error> {
+        let [low, high] = self
+            .cut
+            .model
+            .coordinates
+            .first()
+            .copied()
+            .unwrap_or([0.0, 1.0]);
+        let arcs = goals.iter().filter_map(|goal| match goal.region {
+            Region::Arc(from, to) => Some([from, to].map(|s| (s - low) / (high - low))),
+            _ => None,
+        });
+        let density = |[from, to]: [f64; 2]| {
+            let is_inside = move |x: &E::Point| (from..=to).contains(&uniform.before(x));
+            let mut measure = 0.0;
+            for site in 0..quadrature.sites() {
+                quadrature.nodes(site, |x, weight| {
+                    measure += if is_inside(&x) { weight } else { 0.0 };
+                });
+            }
+            if measure == 0.0 {
+                return Err(Error::TooMuch {
+                    message: "no point of a diagnosis lies within an arc that is asked for: more `--nodes` help"
+                        .to_owned(),
+                });
+            }
+            Ok(move |x: &E::Point| match is_inside(x) {
+                true => Density::uniform(measure),
+                false => Density::nothing(),
+            })
+        };
+        arcs.map(density).collect()
+    }
+
     /// The spectral radius of T_h²p, which must be below 1; `None` if it is not looked at.
     pub(super) fn check_neighbour(
         &self,
         kinds: Kinds,
-        absorption: f64,
+        absorption: Absorption,
     ) -> Result<Option<f64>, Error> {
         // With all pairs pointwise h is k, which has been looked at.
         if kinds == Kinds::AllPointwise {
@@ -286,22 +417,21 @@ impl<E: CustomEquation<Scalar = f64>> CustomSystem<'_, E> {
         }
         let poisoned = |_| Error::Internal("another thread has failed");
         let mut radii = self.radii.lock().map_err(poisoned)?;
-        let known = radii
-            .iter()
-            .find(|known| (known.0, known.1) == (kinds, absorption));
+        let known = radii.iter().find(|known| known.0 == kinds);
         let radius = match known {
-            Some(&(_, _, radius)) => radius,
+            Some(&(_, radius)) => radius,
             None => {
-                let equation = self.cut.equation(absorption)?;
+                let equation = self.cut.equation()?;
                 let nodes = Nodes::new(&equation, self.cut.points)?;
+                let coefficients = self.solved.coefficients();
                 let of = Of {
                     equation: &equation,
-                    coefficients: &self.solved.coefficients()?,
+                    coefficients: coefficients.as_ref(),
                     solution: &self.solved.solution,
                 };
                 let degree = self.cut.of_degree()?;
                 let radius = degree.neighbour_radius(&of, &nodes, kinds)?;
-                radii.push((kinds, absorption, radius));
+                radii.push((kinds, radius));
                 radius
             }
         };
@@ -317,7 +447,7 @@ impl<E: CustomEquation<Scalar = f64>> System for CustomSystem<'_, E> {
     }
 
     fn job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
-        let (walk, kinds) = (request.walk, self.cut.kinds(request.walk.pairs));
+        let (walk, kinds) = (request.walk, self.kinds(request.walk.pairs));
         let is_residual = walk.form == Form::Residual;
         let neighbour_second_moment_radius = if walk.allow_infinite_variance || is_residual {
             None
@@ -339,24 +469,43 @@ impl<E: CustomEquation<Scalar = f64>> System for CustomSystem<'_, E> {
         then: &mut dyn FnMut(&Examined<'_>) -> Result<(), Error>,
     ) -> Result<(), Error> {
         let (absorption, degree) = (request.walk.absorption, self.cut.of_degree()?);
-        let equation = self.cut.equation(absorption)?;
-        let kinds = self.cut.kinds(request.walk.pairs);
-        let quadrature = self.cut.sites(nodes, absorption)?;
-        let coefficients = self.solved.coefficients()?;
-        let mean = |i, j| coefficients.mean(i, j);
+        let equation = &self.cut.equation()?;
+        let kinds = self.kinds(request.walk.pairs);
+        let quadrature = self.cut.sites(nodes)?;
+        let (closed, dense) = (degree.matrix(equation), self.solved.coefficients());
+        let mean = |i, j| match (&closed, &dense) {
+            (Some(closed), _) => closed.mean(i, j),
+            (None, Some(dense)) => dense.mean(i, j),
+            (None, None) => f64::NAN,
+        };
         let cells = self.cut.all;
         let means = MeanCoefficients { cells, mean: &mean };
         let is_constant = degree.functions() == 1;
-        let of = Of {
-            equation: &equation,
-            coefficients: &coefficients,
-            solution: &self.solved.solution,
-        };
-        let uniform = Uniform::new(&equation);
+        let uniform = Uniform::new(equation);
         let measure = uniform.measure;
         let everywhere = |_: &E::Point| Density::uniform(measure);
-        degree.with_neighbour(&of, kinds, &mut |neighbour, v| {
-            let equations = &self.cut.model.equations;
+        let arcs = self.arcs(&uniform, &quadrature, request.goals)?;
+        // Around a closed curve cells lie in the order of the coordinate, to which their measures are proportional.
+        let ends = Model::around(self.cut.model).map(|[from, to]| {
+            let (mut below, mut ends) = (0.0, vec![from]);
+            for cell in 0..cells {
+                below += equation.measure(cell);
+                ends.push(from + (to - from) * below / measure);
+            }
+            ends
+        });
+        let equations = &self.cut.model.equations;
+        let last_step = request.walk.last_step;
+        let lights = equations.lights.as_deref().filter(|_| last_step);
+        let known = |goal: &Goal| Ok(known_of(equation, lights, &goal.region)?.unwrap_or(0.0));
+        let known: Vec<f64> = request
+            .goals
+            .iter()
+            .map(known)
+            .collect::<Result<_, Error>>()?;
+        let lit = Lit { equation, lights };
+        let how = (kinds, last_step);
+        equations.with_neighbour(equation, &self.solved, how, &mut |neighbour, v| {
             let weighted = equations.weighted(&uniform, request.goals, Some((degree, v)))?;
             let density = |weight| {
                 let weight: &super::walk::Weighted<'_, E> = weight;
@@ -369,50 +518,78 @@ impl<E: CustomEquation<Scalar = f64>> System for CustomSystem<'_, E> {
                         square: phi * phi / measure,
                         initial: 1.0 / measure,
                         fluctuation: value - weight.of_means,
-                        known: 0.0,
+                        known: lights.map_or(0.0, |lights| phi * lights.known(equation, x)),
                     }
                 }
             };
             let densities: Vec<_> = weighted.iter().map(density).collect();
             let mut weights = densities.iter();
+            let mut arcs = arcs.iter();
             let mut starts: Vec<Begin<'_, E::Point>> = Vec::new();
             for goal in request.goals {
                 starts.push(match &goal.region {
-                    Region::Point(x) => Begin::At(place(&equation, x)?),
+                    Region::Point(x) => Begin::At(place(equation, x)?),
                     Region::Weight(_) => match weights.next() {
                         Some(density) => Begin::Density(density),
                         None => return Err(Error::Internal("a weight has no means")),
+                    },
+                    Region::Arc(..) => match arcs.next() {
+                        Some(density) => Begin::Density(density),
+                        None => return Err(Error::Internal("an arc has no density")),
                     },
                     _ => Begin::Density(&everywhere),
                 });
             }
             let setting = VarianceSetup {
-                equation: &equation,
+                equation: &lit,
                 neighbour,
-                pairs: kinds.any(),
+                pairs: kinds.any(degree.paper()),
                 quadrature: &quadrature,
-                galerkin: None,
+                absorption,
             };
             then(&Examined {
                 model: &setting.with_starts(&starts)?,
                 coefficients: is_constant.then_some(means),
-                hides: None,
                 pieces: None,
                 goals: request.goals,
-                known: &[],
-                place: &|site| group(neighbour.locate(quadrature.inside(site)).cell, cells),
+                known: &known,
+                place: &|site| {
+                    let cell = neighbour.locate(quadrature.inside(site)).cell;
+                    group(cell, cells).name(ends.as_deref())
+                },
             })
         })
     }
 
-    fn whole<'s>(self: Box<Self>) -> Result<Box<dyn WholeSystem<'s> + 's>, Error>
+    fn lift<'s>(mut self: Box<Self>, degree: usize) -> Result<Box<dyn System + 's>, Error>
+    where
+        Self: 's,
+    {
+        let equation = self.cut.equation()?;
+        let of_degree = self.cut.of_degree()?;
+        let v = &self.solved.solution.v;
+        let value = |x: &Located<E::Point>| of_degree.series(&equation, v, x);
+        let size = fredholm_model::numbers::largest(v);
+        let lifted = Lifted::new(&equation, self.cut.degree, &value, (size, degree))?;
+        self.solved.lifted = Some(lifted);
+        Ok(self)
+    }
+
+    fn whole<'s>(self: Box<Self>) -> Result<Box<dyn GlobalSystem<'s> + 's>, Error>
     where
         Self: 's,
     {
         Ok(Box::new(CustomWhole::new(*self)?))
     }
 
-    fn tables(&self, _: Pairs, _: f64) -> Result<TableBuilder, Error> {
+    fn saved(&self) -> Option<SavedSystem<'_>> {
+        let Solved {
+            solution, entries, ..
+        } = &self.solved;
+        Some(SavedSystem::new(solution, entries))
+    }
+
+    fn tables(&self, _: Pairs) -> Result<TableBuilder, Error> {
         Err(Error::Option {
             subject: Subject::Problem,
             message: "there are no device tables of an equation of a crate of its own: that crate makes them, by \
@@ -422,13 +599,29 @@ impl<E: CustomEquation<Scalar = f64>> System for CustomSystem<'_, E> {
     }
 }
 
-/// The cells with which a cell is summed, for people.
-fn group(cell: usize, cells: usize) -> String {
+/// Neighbouring cells that are summed.
+struct Group {
+    first: usize,
+    last: usize,
+}
+
+/// The cells with which a cell is summed.
+fn group(cell: usize, cells: usize) -> Group {
     let width = cells.div_ceil(PLACES).max(1);
     let first = cell / width * width;
-    match (first + width).min(cells) - 1 {
-        last if last > first => format!("cells {first} to {last}"),
-        _ => format!("cell {first}"),
+    let last = (first + width).min(cells) - 1;
+    Group { first, last }
+}
+
+impl Group {
+    /// For people: where a coordinate has them, by the ends of all cells.
+    fn name(&self, ends: Option<&[f64]>) -> String {
+        let Self { first, last } = *self;
+        match ends.and_then(|ends| ends.get(first..last + 2)) {
+            Some([from, .., to]) => format!("[{from:.2}, {to:.2}]"),
+            _ if last > first => format!("cells {first} to {last}"),
+            _ => format!("cell {first}"),
+        }
     }
 }
 
@@ -438,9 +631,12 @@ mod tests {
 
     #[test]
     fn few_cells_are_places_of_their_own() {
-        assert_eq!(group(3, 10), "cell 3");
-        assert_eq!(group(99, 100), "cells 98 to 99");
-        assert_eq!(group(6, 100), "cells 0 to 6");
-        assert_eq!(group(16, 17), "cell 16");
+        let name = |cell, cells| group(cell, cells).name(None);
+        assert_eq!(name(3, 10), "cell 3");
+        assert_eq!(name(99, 100), "cells 98 to 99");
+        assert_eq!(name(6, 100), "cells 0 to 6");
+        assert_eq!(name(16, 17), "cell 16");
+        let ends: Vec<f64> = (0..=20).map(|end| 0.1 * f64::from(end)).collect();
+        assert_eq!(group(3, 20).name(Some(&ends)), "[0.20, 0.40]");
     }
 }

@@ -1,19 +1,28 @@
 //! Walks of an equation in its own scalar.
 
+use std::borrow::Cow;
+
 use fredholm_core::galerkin::{Dense, Solution};
-use fredholm_core::{Functional, Goals, Located, NoNeighbour, Real, Uniforms};
+use fredholm_core::global::{AdjointImage, AdjointScores, Scores};
+use fredholm_core::{
+    Chain, Equation, Goals, Job, LastStep, Lights, Located, NoDraws, NoNeighbour, Real, Sobol,
+    Space, Start, StartOf, Uniforms,
+};
+use fredholm_variance::gauss;
 
 use super::cells::{Nodes, Uniform};
-use super::degree::{Boxed, Degree, Kinds, Of};
+use super::degree::{Boxed, Degree, Kinds, Of, Use};
+use super::lifted::Lifted;
 use super::scores::{CellScores, Polynomials};
-use super::whole::{AnyStarts, WholeWalks};
+use super::whole::{AnyStarts, GlobalWalks};
 use super::{CustomEquation, PointFn};
-use crate::{Error, Goal, Region};
+use crate::{Error, Goal, Region, Sequence, Subject};
 use fredholm_model::cost::PointwisePairs;
-use fredholm_model::{Prepared, Request, Then, WholeRequest, WithJob, WithWholeJob};
+use fredholm_model::resolvent::{self, ByDensity, RegularKind};
+use fredholm_model::{GlobalRequest, Prepared, Request, Then, WithGlobalJob, WithJob, only_points};
 
-/// An equation by the number of its cells and an absorption probability.
-pub(super) type Build<E> = dyn Fn(usize, f64) -> Result<E, Error> + Send + Sync;
+/// An equation by the number of its cells.
+pub(super) type Build<E> = dyn Fn(usize) -> Result<E, Error> + Send + Sync;
 
 /// An equation of any number of cells, with what may be asked of it.
 pub(super) struct Equations<E: CustomEquation> {
@@ -21,6 +30,7 @@ pub(super) struct Equations<E: CustomEquation> {
     pub(super) degrees: Vec<Box<dyn Degree<E>>>,
     pub(super) weights: Vec<(String, Box<PointFn<E::Point>>)>,
     pub(super) starts: Box<dyn AnyStarts<E>>,
+    pub(super) lights: Option<Box<dyn AnyLights<E>>>,
 }
 
 /// Coefficients and Galerkin solution, which serve walks in every scalar.
@@ -28,17 +38,19 @@ pub(super) struct Solved {
     /// Cells as they were asked for.
     pub(super) cells: usize,
     pub(super) degree: usize,
-    /// K', (n·B)² entries.
+    /// K', (n·B)² entries; none if it has a closed form.
     pub(super) entries: Vec<f64>,
     /// n and B.
     pub(super) shape: [usize; 2],
     pub(super) solution: Solution,
+    /// The solution in place of that, if it is lifted.
+    pub(super) lifted: Option<Lifted>,
 }
 
 impl Solved {
-    pub(super) fn coefficients(&self) -> Result<Dense<'_, f64>, Error> {
+    pub(super) fn coefficients(&self) -> Option<Dense<'_, f64>> {
         let [n, functions] = self.shape;
-        Dense::new(&self.entries, n, functions).ok_or(Error::Internal("a table has a wrong size"))
+        Dense::new(&self.entries, n, functions)
     }
 }
 
@@ -48,6 +60,15 @@ pub(super) struct How {
     pub(super) kinds: Kinds,
     pub(super) pointwise: PointwisePairs,
     pub(super) neighbour_second_moment_radius: Option<f64>,
+}
+
+/// What the walks of a global estimate score on.
+#[derive(Clone, Copy)]
+pub(super) enum ScoredOn<'a> {
+    /// These functions of every cell.
+    Polynomials(&'a Polynomials),
+    /// K(x, ·) of these points x.
+    Points(&'a [Region]),
 }
 
 /// Prepares walks in one scalar.
@@ -69,13 +90,13 @@ pub(super) trait Walks: Send + Sync {
         then: &mut Then<'_>,
     ) -> Result<(), Error>;
 
-    /// Walks of a whole function that score on these polynomials.
+    /// Walks of a global estimate that score on these.
     fn whole_job(
         &self,
         solved: &Solved,
         kinds: Kinds,
-        how: (&WholeRequest<'_>, &Polynomials),
-        then: &mut WithWholeJob<'_>,
+        how: (&GlobalRequest<'_>, ScoredOn<'_>),
+        then: &mut WithGlobalJob<'_>,
     ) -> Result<(), Error>;
 
     /// The name of the weight of this number.
@@ -83,6 +104,9 @@ pub(super) trait Walks: Send + Sync {
 
     /// Whether pairs may be pointwise, for every degree.
     fn integrals(&self) -> Vec<bool>;
+
+    /// Whether last steps may lead to the light.
+    fn has_lights(&self) -> bool;
 }
 
 /// A weighted integral ∫ w u dμ: Φ = w, walks start uniformly.
@@ -115,31 +139,214 @@ impl<E: CustomEquation> Weighted<'_, E> {
 }
 
 /// Where the walks of a goal start.
-enum Start<'a, E: CustomEquation> {
+enum Begin<'a, E: CustomEquation> {
     Point(E::Point),
     Mean(&'a Uniform<'a, E>),
+    /// From a coordinate to another one.
+    Arc([f64; 2]),
     Weight(&'a Weighted<'a, E>),
 }
 
-impl<E: CustomEquation> Functional<E> for Start<'_, E> {
+/// The functional of a goal, and whether what is known of a start is to be added.
+struct Functional<'a, E: CustomEquation> {
+    begin: Begin<'a, E>,
+    equation: &'a E,
+    /// F_s in a point, if that is known of the start and not of the goal.
+    known: Option<&'a dyn AnyLights<E>>,
+}
+
+impl<E, W> fredholm_core::Functional<W> for Functional<'_, E>
+where
+    E: CustomEquation,
+    W: Equation<Scalar = E::Scalar, Point = E::Point, Value = E::Scalar>,
+{
     #[inline]
-    fn start<U: Uniforms<E::Scalar>>(&self, uniforms: &mut U) -> (E::Point, E::Scalar) {
-        match self {
-            Self::Point(x) => (*x, E::Scalar::from_f64(1.0)),
-            Self::Mean(uniform) => (uniform.draw(uniforms), E::Scalar::from_f64(1.0)),
-            Self::Weight(weighted) => {
-                let x = weighted.uniform.draw(uniforms);
-                let phi = weighted.weight(&x) * weighted.uniform.measure;
-                (x, E::Scalar::from_f64(phi))
+    fn start<U: Uniforms<E::Scalar>>(&self, equation: &W, uniforms: &mut U) -> StartOf<W> {
+        let (point, phi) = match self.begin {
+            Begin::Point(x) => (x, 1.0),
+            Begin::Mean(uniform) => (uniform.draw(uniforms), 1.0),
+            Begin::Arc([from, to]) => {
+                let share = uniforms.uniform().to_f64();
+                (inside(self.equation, from + (to - from) * share), 1.0)
             }
+            Begin::Weight(weighted) => {
+                let x = weighted.uniform.draw(uniforms);
+                (x, weighted.weight(&x) * weighted.uniform.measure)
+            }
+        };
+        let known = self
+            .known
+            .map(|lights| phi * lights.known(self.equation, &point));
+        Start {
+            known: E::Scalar::from_f64(known.unwrap_or(0.0)),
+            ..Start::of(equation, point, E::Scalar::from_f64(phi))
         }
     }
 
-    fn control_estimate(&self, x: &Located<E::Point>, phi: E::Scalar, v: E::Scalar) -> f64 {
-        match self {
-            Self::Weight(weighted) => weighted.control_estimate(x, phi.to_f64(), v.to_f64()),
-            // These are known.
-            Self::Point(_) | Self::Mean(_) => (phi * v).to_f64(),
+    fn control_estimate(&self, x: &Located<E::Point>, phi: E::Scalar, v: &E::Scalar) -> f64 {
+        match self.begin {
+            Begin::Weight(weighted) => weighted.control_estimate(x, phi.to_f64(), v.to_f64()),
+            // The others are known.
+            _ => (phi * *v).to_f64(),
+        }
+    }
+}
+
+/// The point with a coordinate; that of the last cell where rounding leads beyond it.
+fn inside<E: CustomEquation>(equation: &E, coordinate: f64) -> E::Point {
+    let last = || equation.point(equation.cells().saturating_sub(1), &[1.0]);
+    equation.at(&[coordinate]).unwrap_or_else(last)
+}
+
+/// The mean of a function over an interval of the coordinate that is smooth on cells.
+pub(super) fn mean_between<E: CustomEquation>(
+    equation: &E,
+    interval: [f64; 2],
+    value: &dyn Fn(E::Point) -> f64,
+) -> Result<f64, Error> {
+    let nodes = nodes_between(equation, interval, ARC_POINTS)?.into_iter();
+    Ok(nodes.map(|(x, share)| share * value(x)).sum())
+}
+
+/// The points of Gauss rules between the ends of cells in an interval of the coordinate, with shares that sum to 1. The ends are found by
+/// bisection.
+pub(super) fn nodes_between<E: CustomEquation>(
+    equation: &E,
+    [from, to]: [f64; 2],
+    points: usize,
+) -> Result<Vec<(E::Point, f64)>, Error> {
+    let rule = gauss(points)?;
+    let cell = |s: f64| equation.locate(&inside(equation, s));
+    let (mut low, mut nodes) = (from, Vec::new());
+    while low < to {
+        let own = cell(low + (to - low) * f64::EPSILON);
+        let (mut inner, mut outer) = (low, to);
+        if cell(to) != own || cell(0.5 * (low + to)) != own {
+            while outer - inner > f64::EPSILON * (1.0 + outer.abs()) {
+                let middle = 0.5 * (inner + outer);
+                if cell(middle) == own {
+                    inner = middle;
+                } else {
+                    outer = middle;
+                }
+                if middle == inner && middle == outer {
+                    break;
+                }
+            }
+        }
+        let half = 0.5 * (outer - low);
+        nodes.extend(rule.iter().map(|(t, weight)| {
+            let x = inside(equation, low + half * (1.0 + t));
+            (x, half * weight / (to - from))
+        }));
+        low = outer;
+    }
+    Ok(nodes)
+}
+
+/// Gauss points between the ends of cells: exact for the degrees that there are.
+const ARC_POINTS: usize = 6;
+
+/// Walks whose last step leads to the light, of an equation that has lights. It is object safe.
+pub(super) trait AnyLights<E: CustomEquation>: Send + Sync {
+    /// F_s(x).
+    fn known(&self, equation: &E, x: &E::Point) -> f64;
+
+    /// What walks score in a state: F − F_s, and what the light gives directly.
+    fn source(&self, equation: &E, x: &E::Point) -> E::Scalar;
+
+    /// Hands on the walks of these goals.
+    fn with_job(
+        &self,
+        walks: &GoalWalks<'_, E>,
+        then: &mut dyn FnMut(&dyn Job) -> Result<(), Error>,
+    ) -> Result<(), Error>;
+}
+
+/// The lights of an equation itself.
+pub(super) struct OwnLights;
+
+impl<E: CustomEquation + Lights> AnyLights<E> for OwnLights {
+    fn known(&self, equation: &E, x: &E::Point) -> f64 {
+        Lights::known(equation, x).to_f64()
+    }
+
+    fn source(&self, equation: &E, x: &E::Point) -> E::Scalar {
+        LastStep(equation).source(x, &mut NoDraws)
+    }
+
+    fn with_job(
+        &self,
+        walks: &GoalWalks<'_, E>,
+        then: &mut dyn FnMut(&dyn Job) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        walks.hand_on(&LastStep(walks.equation), then)
+    }
+}
+
+/// The equation of walks for a prediction of their variance, with or without a last step.
+pub(super) struct Lit<'a, E: CustomEquation> {
+    pub(super) equation: &'a E,
+    pub(super) lights: Option<&'a dyn AnyLights<E>>,
+}
+
+impl<E: CustomEquation> Space for Lit<'_, E> {
+    type Scalar = E::Scalar;
+    type Point = E::Point;
+}
+
+impl<E: CustomEquation> Chain for Lit<'_, E> {
+    fn step<U: Uniforms<E::Scalar>>(&self, x: &E::Point, uniforms: &mut U) -> Option<E::Point> {
+        self.equation.step(x, uniforms)
+    }
+}
+
+impl<E: CustomEquation> Equation for Lit<'_, E> {
+    type Value = E::Scalar;
+
+    fn kernel(&self, x: &E::Point, y: &E::Point) -> E::Scalar {
+        self.equation.kernel(x, y)
+    }
+
+    fn source<U: Uniforms<E::Scalar>>(&self, x: &E::Point, uniforms: &mut U) -> E::Scalar {
+        match self.lights {
+            Some(lights) => lights.source(self.equation, x),
+            None => self.equation.source(x, uniforms),
+        }
+    }
+
+    fn size(&self, x: &E::Point) -> E::Scalar {
+        self.equation.size(x)
+    }
+}
+
+/// The walks of goals.
+pub(super) struct GoalWalks<'a, E: CustomEquation> {
+    equation: &'a E,
+    neighbour: &'a Boxed<'a, E>,
+    goals: &'a [fredholm_core::Goal<Functional<'a, E>, f64>],
+    request: &'a Request<'a>,
+}
+
+impl<E: CustomEquation> GoalWalks<'_, E> {
+    /// Hands on the walks of the equation, or of what is left of it.
+    fn hand_on<W>(
+        &self,
+        walked: &W,
+        then: &mut dyn FnMut(&dyn Job) -> Result<(), Error>,
+    ) -> Result<(), Error>
+    where
+        W: Equation<Scalar = E::Scalar, Point = E::Point, Value = E::Scalar> + Sync,
+    {
+        let job = Goals::new(
+            walked,
+            self.neighbour,
+            self.goals,
+            self.request.walk.for_core(),
+        );
+        match self.request.walk.sequence {
+            Sequence::Random => then(&job),
+            Sequence::Sobol => then(&job.with_generator::<Sobol>()),
         }
     }
 }
@@ -191,6 +398,47 @@ impl<E: CustomEquation> Equations<E> {
         numbers.map(of).collect()
     }
 
+    /// Hands on the neighbour equation of a solved system, and v as far as its degree is that of the matrix. With a last step they are
+    /// those of u less the emission of lights, which is constant on cells.
+    pub(super) fn with_neighbour(
+        &self,
+        equation: &E,
+        solved: &Solved,
+        (kinds, last_step): (Kinds, bool),
+        then: &mut Use<'_, E>,
+    ) -> Result<(), Error> {
+        let lights = self.lights.as_deref().filter(|_| last_step);
+        if let Some(lifted) = &solved.lifted {
+            if lights.is_some() {
+                return Err(Error::Option {
+                    subject: Subject::LastStep,
+                    message:
+                        "walks that follow a lift go without a last step: leave one of them out"
+                            .to_owned(),
+                });
+            }
+            let v = lifted.lower(E::DIMENSION, solved.degree);
+            let v: Vec<E::Scalar> = v.into_iter().map(E::Scalar::from_f64).collect();
+            return then(&lifted.neighbour(equation), &v);
+        }
+        let mut solution = Cow::Borrowed(&solved.solution);
+        if let Some(lights) = lights {
+            let middle = [0.5; super::cells::MOST_DIMENSIONS];
+            let v = &mut solution.to_mut().v;
+            for (cell, own) in v.chunks_exact_mut(solved.shape[1].max(1)).enumerate() {
+                let x = equation.point(cell, &middle[..E::DIMENSION]);
+                own[0] -= lights.known(equation, &x);
+            }
+        }
+        let coefficients = solved.coefficients();
+        let of = Of {
+            equation,
+            coefficients: coefficients.as_ref(),
+            solution: &solution,
+        };
+        self.degree(solved.degree)?.with_neighbour(&of, kinds, then)
+    }
+
     /// Hands on the job of all goals, and (v, Φ) of each.
     fn with_job(
         &self,
@@ -202,33 +450,108 @@ impl<E: CustomEquation> Equations<E> {
     ) -> Result<(), Error> {
         let uniform = Uniform::new(equation);
         let weighted = self.weighted(&uniform, request.goals, near)?;
-        let mean = near.map_or(0.0, |(degree, v)| uniform.mean(degree.functions(), v));
+        let lights = self.lights.as_deref().filter(|_| request.walk.last_step);
         let mut weights = weighted.iter();
         let (mut goals, mut values) = (Vec::new(), Vec::new());
+        let v = |x: E::Point| neighbour.value(&neighbour.locate(x)).to_f64();
         for goal in request.goals {
-            let (functional, value) = match &goal.region {
+            let of_lights = known_of(equation, lights, &goal.region)?;
+            let (begin, mean) = match &goal.region {
                 Region::Point(coordinates) => {
                     let x = place(equation, coordinates)?;
-                    let value = neighbour.value(&neighbour.locate(x)).to_f64();
-                    (Start::Point(x), value)
+                    (Begin::Point(x), v(x))
                 }
                 Region::Weight(_) => {
                     let one = weights.next();
                     let one = one.ok_or(Error::Internal("a weight has no means"))?;
-                    (Start::Weight(one), one.of_means)
+                    (Begin::Weight(one), one.of_means)
                 }
-                _ => (Start::Mean(&uniform), mean),
+                Region::Arc(from, to) => {
+                    let arc = [*from, *to];
+                    (Begin::Arc(arc), mean_between(equation, arc, &v)?)
+                }
+                _ => {
+                    let mean = near.map_or(0.0, |(degree, v)| uniform.mean(degree.functions(), v));
+                    (Begin::Mean(&uniform), mean)
+                }
             };
-            values.push(value);
-            let is_known = !matches!(functional, Start::Weight(_));
+            let is_known = !matches!(begin, Begin::Weight(_));
+            values.push(mean + of_lights.unwrap_or(0.0));
             goals.push(fredholm_core::Goal {
-                functional,
-                control_mean: is_known.then_some(value),
+                functional: Functional {
+                    begin,
+                    equation,
+                    known: lights.filter(|_| of_lights.is_none()),
+                },
+                control_mean: is_known.then_some(mean),
+                known: of_lights.unwrap_or(0.0),
             });
         }
-        let options = request.walk.for_core();
-        then(&Goals::new(equation, neighbour, &goals, options), &values)
+        let walks = GoalWalks {
+            equation,
+            neighbour,
+            goals: &goals,
+            request,
+        };
+        let mut then = |job: &dyn Job| then(job, &values);
+        match lights {
+            Some(lights) => lights.with_job(&walks, &mut then),
+            None => walks.hand_on(equation, &mut then),
+        }
     }
+}
+
+impl<E: CustomEquation> RegularKind<ByDensity<E>> for Equations<E> {
+    fn functional<'s>(
+        &'s self,
+        equation: &ByDensity<E>,
+        region: &Region,
+    ) -> Result<resolvent::Functional<'s, E::Point>, Error> {
+        Ok(match region {
+            Region::Point(x) => resolvent::Functional::Point(place(&equation.0, x)?),
+            Region::Weight(number) => {
+                let weight = self.weight_of(*number)?;
+                resolvent::Functional::Weight(Box::new(weight))
+            }
+            Region::Whole => resolvent::Functional::Mean,
+            _ => {
+                return Err(Error::Region {
+                    message:
+                        "resolvent walks have points, weights, and the mean over the whole space"
+                            .to_owned(),
+                });
+            }
+        })
+    }
+}
+
+/// (F_s, Φ) of a functional for walks with a last step to these lights. `None`: every start knows its part.
+pub(super) fn known_of<E: CustomEquation>(
+    equation: &E,
+    lights: Option<&dyn AnyLights<E>>,
+    region: &Region,
+) -> Result<Option<f64>, Error> {
+    if let Region::Weight(_) = region {
+        return Ok(None);
+    }
+    let Some(lights) = lights else {
+        return Ok(Some(0.0));
+    };
+    let known = |x: E::Point| lights.known(equation, &x);
+    Ok(Some(match region {
+        Region::Point(coordinates) => known(place(equation, coordinates)?),
+        Region::Arc(from, to) => mean_between(equation, [*from, *to], &known)?,
+        _ => {
+            let middle = [0.5; super::cells::MOST_DIMENSIONS];
+            let (mut sum, mut measure) = (0.0, 0.0);
+            for cell in 0..equation.cells() {
+                let own = equation.measure(cell);
+                sum += own * known(equation.point(cell, &middle[..E::DIMENSION]));
+                measure += own;
+            }
+            sum / measure
+        }
+    }))
 }
 
 /// The point with these coordinates.
@@ -238,7 +561,7 @@ pub(super) fn place<E: CustomEquation>(
 ) -> Result<E::Point, Error> {
     equation.at(coordinates).ok_or_else(|| Error::Region {
         message: format!(
-            "the equation has no point with the coordinates {coordinates:?}: see its `CellMap::at`"
+            "the equation has no point with the coordinates {coordinates:?}: see its `Cells::at`"
         ),
     })
 }
@@ -250,8 +573,8 @@ impl<E: CustomEquation> Walks for Equations<E> {
         request: &Request<'_>,
         then: &mut Then<'_>,
     ) -> Result<(), Error> {
-        let equation = (self.build)(cells, request.walk.absorption)?;
-        let none: &Boxed<'_, E> = &NoNeighbour::<E>::new();
+        let equation = (self.build)(cells)?;
+        let none: &Boxed<'_, E> = &NoNeighbour::new(&equation);
         self.with_job(&equation, none, None, request, &mut |job, zeros| {
             then(&Prepared::plain(job, zeros))
         })
@@ -264,14 +587,10 @@ impl<E: CustomEquation> Walks for Equations<E> {
         request: &Request<'_>,
         then: &mut Then<'_>,
     ) -> Result<(), Error> {
-        let equation = (self.build)(solved.cells, request.walk.absorption)?;
+        let equation = (self.build)(solved.cells)?;
         let degree = self.degree(solved.degree)?;
-        let of = Of {
-            equation: &equation,
-            coefficients: &solved.coefficients()?,
-            solution: &solved.solution,
-        };
-        degree.with_neighbour(&of, how.kinds, &mut |neighbour, v| {
+        let how_of = (how.kinds, request.walk.last_step);
+        self.with_neighbour(&equation, solved, how_of, &mut |neighbour, v| {
             let near = Some((degree, v));
             self.with_job(&equation, neighbour, near, request, &mut |job, galerkin| {
                 then(&Prepared {
@@ -282,7 +601,6 @@ impl<E: CustomEquation> Walks for Equations<E> {
                     convergence: solved.solution.convergence,
                     pointwise: how.pointwise,
                     neighbour_second_moment_radius: how.neighbour_second_moment_radius,
-                    pair_counts: None,
                 })
             })
         })
@@ -292,29 +610,47 @@ impl<E: CustomEquation> Walks for Equations<E> {
         &self,
         solved: &Solved,
         kinds: Kinds,
-        (request, polynomials): (&WholeRequest<'_>, &Polynomials),
-        then: &mut WithWholeJob<'_>,
+        (request, on): (&GlobalRequest<'_>, ScoredOn<'_>),
+        then: &mut WithGlobalJob<'_>,
     ) -> Result<(), Error> {
-        let equation = &(self.build)(solved.cells, request.walk.absorption)?;
-        let of = Of {
-            equation,
-            coefficients: &solved.coefficients()?,
-            solution: &solved.solution,
+        let equation = &(self.build)(solved.cells)?;
+        let mut score = |scores: &(dyn Scores<E::Point> + Sync)| {
+            self.with_neighbour(equation, solved, (kinds, false), &mut |neighbour, _| {
+                let walks = GlobalWalks {
+                    equation,
+                    neighbour,
+                    scores,
+                    request,
+                };
+                self.starts.start(&walks, then)
+            })
         };
-        let scores = CellScores {
-            equation,
-            polynomials,
+        let points = match on {
+            ScoredOn::Polynomials(polynomials) => {
+                return score(&CellScores {
+                    equation,
+                    polynomials,
+                });
+            }
+            ScoredOn::Points(points) => points,
         };
-        let degree = self.degree(solved.degree)?;
-        degree.with_neighbour(&of, kinds, &mut |neighbour, _| {
-            let walks = WholeWalks {
-                equation,
-                neighbour,
-                scores: &scores,
-                request,
-            };
-            self.starts.start(&walks, then)
-        })
+        let image = |region: &Region| match region {
+            Region::Point(x) => {
+                let x = place(equation, x)?;
+                let image = move |y: &Located<E::Point>| {
+                    let k = equation.kernel(&x, &y.point) * equation.density(&x, &y.point);
+                    k.to_f64()
+                };
+                Ok(Box::new(image) as Box<AdjointImage<'_, E::Point>>)
+            }
+            _ => Err(only_points()),
+        };
+        let images = points
+            .iter()
+            .map(image)
+            .collect::<Result<Vec<_>, Error>>()?;
+        let images: Vec<_> = images.iter().map(|image| &**image).collect();
+        score(&AdjointScores(&images))
     }
 
     fn weight(&self, number: usize) -> Option<&str> {
@@ -324,5 +660,9 @@ impl<E: CustomEquation> Walks for Equations<E> {
     fn integrals(&self) -> Vec<bool> {
         let degrees = self.degrees.iter();
         degrees.map(|degree| degree.has_integrals()).collect()
+    }
+
+    fn has_lights(&self) -> bool {
+        self.lights.is_some()
     }
 }

@@ -1,13 +1,13 @@
-//! The whole function of an equation of a crate of its own.
+//! The global estimate of an equation of a crate of its own.
 
 use std::sync::Arc;
 
-use fredholm_core::galerkin::CellMap;
-use fredholm_core::whole::{Scores, Starts, WholeTask};
-use fredholm_core::{Form, Located, Uniforms};
+use fredholm_core::galerkin::Cells;
+use fredholm_core::global::{GlobalTask, Scores, Stationary};
+use fredholm_core::{Form, Located, Real, Sobol, Uniforms};
 use fredholm_model::numbers::{dot, largest};
 use fredholm_model::{
-    CellNodes, IMAGE_HEAD, WholeField, WholeQuantity, WholeRequest, WholeSystem, WithWholeJob,
+    CellNodes, GlobalField, GlobalQuantity, GlobalRequest, GlobalSystem, IMAGE_HEAD, WithGlobalJob,
     known_first, only_u, refined_mean, v_of_walks,
 };
 use fredholm_rayon::fill_rows;
@@ -15,10 +15,10 @@ use fredholm_rayon::fill_rows;
 use super::CustomEquation;
 use super::cells::{Nodes, Uniform};
 use super::degree::Boxed;
-use super::scores::{Integrals, MOST_DEGREE, Polynomials};
+use super::scores::{Integrals, MOST_DEGREE, Polynomials, parameters};
 use super::system::CustomSystem;
-use super::walk::place;
-use crate::{Error, Region};
+use super::walk::{ScoredOn, Solved, nodes_between, place};
+use crate::{Error, Region, Sequence};
 
 /// The most Gauss points of a cell and axis, and the most values of the kernel for one point: more are not tried.
 const MOST_POINTS: usize = 12;
@@ -30,24 +30,24 @@ const PARTS: usize = 64;
 /// Seconds of a node besides its kernel, for every function.
 const FUNCTION_SECONDS: f64 = 5e-9;
 
-/// Walks of a whole function, but for what they start from.
-pub(super) struct WholeWalks<'a, E: CustomEquation> {
+/// Walks of a global estimate, but for what they start from.
+pub(super) struct GlobalWalks<'a, E: CustomEquation> {
     pub(super) equation: &'a E,
     pub(super) neighbour: &'a Boxed<'a, E>,
     pub(super) scores: &'a (dyn Scores<E::Point> + Sync),
-    pub(super) request: &'a WholeRequest<'a>,
+    pub(super) request: &'a GlobalRequest<'a>,
 }
 
-impl<E: CustomEquation> WholeWalks<'_, E> {
+impl<E: CustomEquation> GlobalWalks<'_, E> {
     fn hand_on(
         &self,
-        starts: &(impl Starts<E> + Sync),
-        then: &mut WithWholeJob<'_>,
+        starts: &(impl Stationary<E> + Sync),
+        then: &mut WithGlobalJob<'_>,
     ) -> Result<(), Error> {
         let (equation, request) = (self.equation, self.request);
         let options = request.walk.for_core();
-        let job: WholeTask<'_, _, _, _, _> =
-            WholeTask::new(equation, starts, self.neighbour, self.scores, options);
+        let job: GlobalTask<'_, _, _, _, _> =
+            GlobalTask::new(equation, starts, self.neighbour, self.scores, options);
         let nodes = CellNodes {
             cells: equation.cells(),
             dimension: E::DIMENSION,
@@ -55,16 +55,21 @@ impl<E: CustomEquation> WholeWalks<'_, E> {
             share: 1.0,
         };
         let known = known_first(request, self.scores, nodes, &|cell, t| {
-            Some(job.first(equation.point(cell, t)))
+            let (x, first) = job.first(equation.point(cell, t));
+            Some((x, first.to_f64()))
         })?;
-        then(&job.with_known(&known))
+        let job = job.with_known(&known);
+        match request.walk.sequence {
+            Sequence::Random => then(&job),
+            Sequence::Sobol => then(&job.with_generator::<Sobol>()),
+        }
     }
 }
 
-/// What a whole function's walks of an equation start from. It is object safe.
+/// What a global estimate's walks of an equation start from. It is object safe.
 pub(super) trait AnyStarts<E: CustomEquation>: Send + Sync {
     /// Hands on these walks.
-    fn start(&self, walks: &WholeWalks<'_, E>, then: &mut WithWholeJob<'_>) -> Result<(), Error>;
+    fn start(&self, walks: &GlobalWalks<'_, E>, then: &mut WithGlobalJob<'_>) -> Result<(), Error>;
 }
 
 /// Starts that are uniform on the space, of a chain of which nothing else is known.
@@ -74,18 +79,18 @@ pub(super) struct UniformStarts;
 pub(super) struct OwnStarts;
 
 impl<E: CustomEquation> AnyStarts<E> for UniformStarts {
-    fn start(&self, walks: &WholeWalks<'_, E>, then: &mut WithWholeJob<'_>) -> Result<(), Error> {
+    fn start(&self, walks: &GlobalWalks<'_, E>, then: &mut WithGlobalJob<'_>) -> Result<(), Error> {
         walks.hand_on(&Uniform::new(walks.equation), then)
     }
 }
 
-impl<E: CustomEquation + Starts> AnyStarts<E> for OwnStarts {
-    fn start(&self, walks: &WholeWalks<'_, E>, then: &mut WithWholeJob<'_>) -> Result<(), Error> {
+impl<E: CustomEquation + Stationary> AnyStarts<E> for OwnStarts {
+    fn start(&self, walks: &GlobalWalks<'_, E>, then: &mut WithGlobalJob<'_>) -> Result<(), Error> {
         walks.hand_on(walks.equation, then)
     }
 }
 
-impl<E: CellMap> Starts<E> for Uniform<'_, E> {
+impl<E: Cells> Stationary<E> for Uniform<'_, E> {
     fn start<U: Uniforms<E::Scalar>>(&self, uniforms: &mut U) -> E::Point {
         self.draw(uniforms)
     }
@@ -94,8 +99,8 @@ impl<E: CellMap> Starts<E> for Uniform<'_, E> {
         1.0 / self.measure
     }
 
-    fn survival(&self) -> Option<f64> {
-        None
+    fn is_preserved(&self) -> bool {
+        false
     }
 }
 
@@ -108,7 +113,7 @@ pub(super) struct CustomWhole<'m, E: CustomEquation> {
 
 impl<'m, E: CustomEquation<Scalar = f64>> CustomWhole<'m, E> {
     pub(super) fn new(system: CustomSystem<'m, E>) -> Result<Self, Error> {
-        let equation = system.cut.equation(super::ANY)?;
+        let equation = system.cut.equation()?;
         Ok(Self {
             measures: (0..equation.cells()).map(|j| equation.measure(j)).collect(),
             system: Arc::new(system),
@@ -119,15 +124,40 @@ impl<'m, E: CustomEquation<Scalar = f64>> CustomWhole<'m, E> {
     fn nodes(&self, points: usize) -> f64 {
         nodes::<E>(self.measures.len(), points)
     }
+
+    fn walks_on(
+        &self,
+        request: &GlobalRequest<'_>,
+        on: ScoredOn<'_>,
+        then: &mut WithGlobalJob<'_>,
+    ) -> Result<(), Error> {
+        let (system, walk) = (&*self.system, request.walk);
+        let nodes = self.nodes(request.degree + 1);
+        if nodes > MOST_NODES {
+            return Err(Error::TooMuch {
+                message: format!(
+                    "T_K by quadrature takes {nodes:.1e} values of the kernel for each point, and more than \
+                     {MOST_NODES:.0e} take too long: use fewer cells"
+                ),
+            });
+        }
+        let kinds = system.kinds(walk.pairs);
+        if !(walk.allow_infinite_variance || walk.form == Form::Residual) {
+            system.check_neighbour(kinds, walk.absorption)?;
+        }
+        let walks = system.cut.walks()?;
+        walks.whole_job(&system.solved, kinds, (request, on), then)
+    }
 }
 
-fn nodes<E: CellMap>(cells: usize, points: usize) -> f64 {
+fn nodes<E: Cells>(cells: usize, points: usize) -> f64 {
     cells as f64 * (points as f64).powi(E::DIMENSION as i32)
 }
 
-impl<'m, E: CustomEquation<Scalar = f64>> WholeSystem<'m> for CustomWhole<'m, E> {
+impl<'m, E: CustomEquation<Scalar = f64>> GlobalSystem<'m> for CustomWhole<'m, E> {
     fn degree(&self) -> usize {
-        self.system.cut.degree
+        let lifted = self.system.solved.lifted.as_ref();
+        lifted.map_or(self.system.cut.degree, |lifted| lifted.degree)
     }
 
     fn most_degree(&self) -> usize {
@@ -157,38 +187,42 @@ impl<'m, E: CustomEquation<Scalar = f64>> WholeSystem<'m> for CustomWhole<'m, E>
     }
 
     fn sizes(&self) -> [f64; 2] {
-        let solution = &self.system.solved.solution;
-        [largest(&solution.v), solution.radius_bound]
+        let Solved {
+            solution, lifted, ..
+        } = &self.system.solved;
+        let v = lifted.as_ref().map_or(&solution.v, |lifted| &lifted.v);
+        [largest(v), solution.radius_bound]
     }
 
-    fn walks(&self, request: &WholeRequest<'_>, then: &mut WithWholeJob<'_>) -> Result<(), Error> {
-        let (system, walk) = (&*self.system, request.walk);
-        let nodes = self.nodes(request.degree + 1);
-        if nodes > MOST_NODES {
-            return Err(Error::TooMuch {
-                message: format!(
-                    "T_K by quadrature takes {nodes:.1e} values of the kernel for each point, and more than \
-                     {MOST_NODES:.0e} take too long: use fewer cells"
-                ),
-            });
-        }
-        let kinds = system.cut.kinds(walk.pairs);
-        if !(walk.allow_infinite_variance || walk.form == Form::Residual) {
-            system.check_neighbour(kinds, walk.absorption)?;
-        }
+    fn walks(
+        &self,
+        request: &GlobalRequest<'_>,
+        then: &mut WithGlobalJob<'_>,
+    ) -> Result<(), Error> {
         let polynomials = Polynomials::new(E::DIMENSION, request.degree);
-        let walks = system.cut.walks()?;
-        walks.whole_job(&system.solved, kinds, (request, &polynomials), then)
+        self.walks_on(request, ScoredOn::Polynomials(&polynomials), then)
+    }
+
+    fn adjoint_walks(
+        &self,
+        request: &GlobalRequest<'_>,
+        points: &[Region],
+        then: &mut WithGlobalJob<'_>,
+    ) -> Result<(), Error> {
+        self.walks_on(request, ScoredOn::Points(points), then)
     }
 
     fn field(
         &self,
-        request: &WholeRequest<'_>,
+        request: &GlobalRequest<'_>,
         rows: Vec<f64>,
-    ) -> Result<Box<dyn WholeField + 'm>, Error> {
+    ) -> Result<Box<dyn GlobalField + 'm>, Error> {
         let polynomials = Polynomials::new(E::DIMENSION, request.degree);
         Ok(Box::new(CustomField {
-            v: v_of_walks(&self.system.solved.solution, self.system.cut.scalar)?,
+            v: match &self.system.solved.lifted {
+                Some(lifted) => lifted.v.clone(),
+                None => v_of_walks(&self.system.solved.solution, self.system.cut.scalar)?,
+            },
             unknowns: self.cells() * polynomials.functions(),
             points: request.degree + 1,
             system: Arc::clone(&self.system),
@@ -256,9 +290,18 @@ impl<E: CustomEquation<Scalar = f64>> CustomField<'_, E> {
     /// The images by so many points of a cell and axis.
     fn images_of(&self, regions: &[Region], rows: &[f64], of_y: usize) -> Result<Vec<f64>, Error> {
         let cut = &self.system.cut;
-        let equation = cut.equation(super::ANY)?;
+        let equation = cut.equation()?;
         let (equations, degree) = (&cut.model.equations, cut.of_degree()?);
-        let v = |x: &Located<E::Point>| degree.series(&equation, &self.v, x);
+        let lifted = self.system.solved.lifted.as_ref();
+        let lifted = lifted.map(|lifted| Polynomials::new(E::DIMENSION, lifted.degree));
+        let v = |x: &Located<E::Point>| match &lifted {
+            Some(polynomials) => {
+                let width = polynomials.functions();
+                let own = self.v.get(x.cell * width..(x.cell + 1) * width);
+                polynomials.value(&parameters(&equation, x), own.unwrap_or(&[]))
+            }
+            None => degree.series(&equation, &self.v, x),
+        };
         let of = Integrals::new((&equation, &self.polynomials), &v, of_y)?;
         let head = IMAGE_HEAD + rows.len() / self.unknowns.max(1);
         let mut images = vec![0.0; regions.len() * head];
@@ -270,6 +313,20 @@ impl<E: CustomEquation<Scalar = f64>> CustomField<'_, E> {
                     self.contract(&all, rows, out);
                     (out[0], out[1]) = (out[0] + out[1], 0.0);
                     return Ok(());
+                }
+                Region::Arc(from, to) => {
+                    return refined_mean(out, &mut |rule, out| {
+                        let points = of_y + 2 * rule;
+                        if points > MOST_POINTS {
+                            return Ok(false);
+                        }
+                        let mut all = vec![0.0; IMAGE_HEAD + self.unknowns];
+                        for (x, share) in nodes_between(&equation, [*from, *to], points)? {
+                            of.add(&x, share, &mut all);
+                        }
+                        self.contract(&all, rows, out);
+                        Ok(true)
+                    });
                 }
                 Region::Weight(number) => (Some(equations.weight_of(*number)?), false),
                 _ => (None, true),
@@ -297,19 +354,19 @@ impl<E: CustomEquation<Scalar = f64>> CustomField<'_, E> {
     }
 }
 
-impl<E: CustomEquation<Scalar = f64>> WholeField for CustomField<'_, E> {
+impl<E: CustomEquation<Scalar = f64>> GlobalField for CustomField<'_, E> {
     fn rows(&self) -> usize {
         self.rows.len() / self.unknowns.max(1)
     }
 
-    fn images(&self, quantity: WholeQuantity, regions: &[Region]) -> Result<Vec<f64>, Error> {
+    fn images(&self, quantity: GlobalQuantity, regions: &[Region]) -> Result<Vec<f64>, Error> {
         only_u(quantity)?;
         self.images_of(regions, &self.rows, self.points)
     }
 
     fn finer(
         &self,
-        quantity: WholeQuantity,
+        quantity: GlobalQuantity,
         region: &Region,
         more: usize,
     ) -> Result<Option<Vec<f64>>, Error> {

@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use fredholm_core::{Estimator, Form};
 use fredholm_variance::{
-    Analysis, Contribution, PairQuantities, Pass, Prediction, Quantities, Site, pair_quantities,
+    Analysis, PairQuantities, Pass, Prediction, Quantities, Site, pair_quantities,
 };
 use serde::Serialize;
 
@@ -26,13 +26,9 @@ use fredholm_model::{Examined, in_parallel};
 use places::{Summed, shares_of_sites};
 
 /// Bytes of a pair of sites: moments, contributions, and a list of these.
-const PAIR: usize = 48 + 8 + 40;
+const PAIR: usize = 64 + 8 + 40;
 /// The number of goals that are looked at in detail: the points of a grid are many, and much alike.
 pub const DETAILED: usize = 3;
-/// Unknowns up to which pairs are chosen one by one for a comparison: on more it takes many seconds.
-const COMPARED: usize = 300;
-/// The number of pairs of sites that are asked for what is between them.
-const MOST_PAIRS: usize = 200;
 
 /// The results of a diagnosis.
 #[derive(Clone, Debug, Serialize)]
@@ -86,10 +82,10 @@ pub fn diagnose(
     let cells = model.partition(&cut)?;
     cells.check_examination()?;
     let lift = settings.lifted();
-    let solved = Solved::new(&*cells, walk.absorption)?.lifted(lift)?;
+    let solved = Solved::new(&*cells)?.lifted(lift)?;
     let look = |pairs: Pairs, is_brief: bool| {
         let inquiry = Inquiry {
-            estimator: walk.estimator,
+            estimator: walk.absorption.estimator(),
             form: walk.form,
             is_brief,
             watch,
@@ -107,8 +103,17 @@ pub fn diagnose(
         diagnosis.ok_or(Error::Internal("nothing was examined"))
     };
     let mut diagnosis = look(walk.pairs, false)?;
+    let of_default = model
+        .pairs_to_choose()
+        .first()
+        .copied()
+        .unwrap_or(Pairs::Default);
+    let own = match walk.pairs {
+        Pairs::Default => of_default,
+        pairs => pairs,
+    };
     // With a lift all pairs are pointwise.
-    let others: &[_] = if lift.is_some() || !model.has_pairs() {
+    let others: &[_] = if lift.is_some() || model.pairs_to_choose().len() == 1 {
         &[]
     } else {
         Pairs::ALL
@@ -116,13 +121,10 @@ pub fn diagnose(
     for &choice in others {
         let pairs = choice.value;
         // Not every model has all of them.
-        if pairs == walk.pairs || model.check(&cut, pairs).is_err() {
-            continue;
-        }
-        // There is nothing to choose by where variances are infinite.
-        let is_neighbour = walk.form == Form::Residual || diagnosis.neighbour_power.is_some();
-        let finite = diagnosis.kernel_power.is_some() && is_neighbour;
-        if pairs == Pairs::Theory && (!finite || cells.unknowns() > COMPARED) {
+        if pairs == own
+            || pairs == Pairs::Default && own == of_default
+            || model.check(&cut, pairs).is_err()
+        {
             continue;
         }
         let found = look(pairs, true)?;
@@ -153,7 +155,6 @@ impl Diagnosis {
                             "pointwise" => {
                                 "; a walk takes longer, as G is an integral over all cells wherever it is scored"
                             }
-                            "theory" => "; its choice reckons with the time of a walk",
                             _ => "",
                         }
                     ));
@@ -228,28 +229,6 @@ impl Inquiry<'_> {
     }
 }
 
-/// What stands between the pairs that contribute most, where something does between a tenth of them.
-fn hider(of: &Examined<'_>, contributions: &[Contribution]) -> Option<String> {
-    let hides = of.hides?;
-    let mut all = 0.0;
-    let mut shares: Vec<(String, f64)> = Vec::new();
-    for contribution in contributions.iter().take(MOST_PAIRS) {
-        let Some(into) = contribution.into else {
-            continue;
-        };
-        all += contribution.variance;
-        let Some(name) = hides(contribution.from, into) else {
-            continue;
-        };
-        match shares.iter_mut().find(|(known, _)| *known == name) {
-            Some((_, share)) => *share += contribution.variance,
-            None => shares.push((name, contribution.variance)),
-        }
-    }
-    let most = shares.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
-    (most.1 > 0.1 * all).then_some(most.0)
-}
-
 /// Says where the variance of a goal comes from, if that is finite, and what a picture of it shows.
 fn detail(
     of: &Examined<'_>,
@@ -266,8 +245,7 @@ fn detail(
         Some(pieces) => Picture::walls(pieces, &shares_of_sites(contributions, sites)),
         None => summed.table(),
     };
-    let hidden_by = hider(of, contributions);
-    target.detail(&attribution.parts, summed, hidden_by);
+    target.detail(&attribution.parts, summed);
     Ok(Some(picture))
 }
 

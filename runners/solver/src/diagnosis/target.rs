@@ -32,8 +32,6 @@ pub struct GoalDiagnosis {
     pub places: Vec<PlaceReport>,
     /// The share of the pairs of sites that makes half of the variance.
     pub half_in: Option<f64>,
-    /// The surface that hides some of the pairs that contribute most, in a room.
-    pub hidden_by: Option<String>,
     /// Advice, in words.
     pub advice: Vec<String>,
 }
@@ -106,15 +104,13 @@ impl GoalDiagnosis {
                 }
             }),
             half_in: None,
-            hidden_by: None,
             places: Vec::new(),
             advice: infinite(prediction),
         }
     }
 
     /// Where it comes from, and what may help.
-    pub(super) fn detail(&mut self, parts: &Parts, summed: Summed, hidden_by: Option<String>) {
-        self.hidden_by = hidden_by;
+    pub(super) fn detail(&mut self, parts: &Parts, summed: Summed) {
         self.parts = Some(Shares::new(parts));
         self.half_in = summed.half_in;
         let shown = summed.places.into_iter().take(SHOWN);
@@ -135,14 +131,10 @@ impl GoalDiagnosis {
             return Vec::new();
         };
         let percent = |share: f64| format!("{:.0} %", 100.0 * share);
-        let hidden = match &self.hidden_by {
-            Some(surface) => format!(", partly hidden behind {surface}"),
-            None => String::new(),
-        };
         let mut advice = Vec::new();
         if shares.left_out > 0.1 {
             advice.push(format!(
-                "{} of the variance comes from pairs that the neighbour equation leaves out{hidden}: `pairs = \
+                "{} of the variance comes from pairs that the neighbour equation leaves out: `pairs = \
                  \"default\"` follows them exactly where the problem has their integrals",
                 percent(shares.left_out)
             ));
@@ -156,7 +148,7 @@ impl GoalDiagnosis {
             if half < 0.05 {
                 advice.push(format!(
                     "half of what pairs of cells contribute comes from {:.2} % of them, and {} of the \
-                     variance from steps from {from} into {into}{hidden}: more cells there, or `pairs = \
+                     variance from steps from {from} into {into}: more cells there, or `pairs = \
                      \"pointwise\"` for a kernel that varies too fast for cells",
                     100.0 * half,
                     percent(place.share)
@@ -175,7 +167,7 @@ impl GoalDiagnosis {
                 format!(", most at {} ({})", place.from, percent(place.share))
             });
             advice.push(format!(
-                "{} of the variance comes from the difference of the sources, where walks end{at}: \
+                "{} of the variance comes from the difference of the sources{at}: \
                  v is no closer to u there; more cells or a higher `degree`",
                 percent(shares.sources)
             ));

@@ -1,6 +1,6 @@
 //! Reports as columns of numbers, for arrays and meshes.
 
-use super::{Coordinates, EstimateReport, Report, WholeReport};
+use super::{Coordinates, EstimateReport, GlobalReport, Report};
 
 /// A column of numbers with its name; NaN where there is no number.
 pub type Column = (&'static str, Vec<f64>);
@@ -63,7 +63,6 @@ fn some(columns: Vec<Column>) -> Vec<Column> {
 fn numbers(at: Option<&Coordinates>, position: Option<&[f64]>) -> Vec<f64> {
     match (at, position) {
         (_, Some(position)) => position.to_vec(),
-        (Some(Coordinates::One(s)), None) => vec![*s],
         (Some(Coordinates::Many(x)), None) => x.clone(),
         _ => Vec::new(),
     }
@@ -103,7 +102,7 @@ impl Report {
     }
 }
 
-impl WholeReport {
+impl GlobalReport {
     /// The report as columns of numbers.
     #[must_use]
     pub fn columns(&self) -> Columns {

@@ -131,7 +131,6 @@ pub(super) fn places(place: CsvPlace<'_>, columns: usize) -> Vec<String> {
     let numbers = |x: &[f64]| x.iter().map(f64::to_string).collect::<Vec<_>>();
     let mut places = match place.at {
         None => Vec::new(),
-        Some(Coordinates::One(s)) => vec![s.to_string()],
         // Of a room: a point in the air is on no surface.
         Some(Coordinates::Many(x)) => {
             let mut places = vec![String::new(); columns.saturating_sub(x.len())];
@@ -259,7 +258,6 @@ impl Coordinates {
     /// The point as one entry of a table.
     pub(super) fn entry(&self) -> String {
         match self {
-            Self::One(s) => s.to_string(),
             Self::Many(x) => {
                 let texts: Vec<String> = x.iter().map(f64::to_string).collect();
                 texts.join(" ")

@@ -1,17 +1,17 @@
-//! The means over the cells of a scene, in the report of its whole function.
+//! The means over the cells of a scene, in the report of its global estimate.
 
 use fredholm_model::MeshCell;
 
-use super::WholeGoalReport;
+use super::GlobalGoalReport;
 use super::whole::estimate;
-use crate::{Goal, Region, WholeFunction, WholeValue};
+use crate::{GlobalEstimate, GlobalValue, Goal, Region};
 
-impl WholeFunction<'_> {
+impl GlobalEstimate<'_> {
     /// What is told of every cell, by the name of its surface and its number there.
-    pub(super) fn mesh_report(&self) -> Vec<WholeGoalReport> {
+    pub(super) fn mesh_report(&self) -> Vec<GlobalGoalReport> {
         let model = self.model();
         let mut numbers: Vec<usize> = Vec::new();
-        let mut told = |(cell, value): (&MeshCell, WholeValue)| {
+        let mut told = |(cell, value): (&MeshCell, GlobalValue)| {
             if numbers.len() <= cell.part {
                 numbers.resize(cell.part + 1, 0);
             }
@@ -20,9 +20,9 @@ impl WholeFunction<'_> {
             let name = model.part(cell.part).unwrap_or_default();
             let goal = Goal::new(format!("{name}[{number}]"), Region::Part(cell.part));
             let heat = model.heat(&goal.region, estimate(&value), None);
-            let mut report = WholeGoalReport::new(model, &goal, None, value);
+            let mut report = GlobalGoalReport::new(model, &goal, None, value);
             report.add(&heat, model);
-            WholeGoalReport {
+            GlobalGoalReport {
                 position: Some(cell.middle().to_vec()),
                 corners: cell.corners.clone(),
                 ..report

@@ -1,7 +1,7 @@
 //! A report as a table for people, and remarks on its numbers.
 
 use super::{Coordinates, EnergyReport, EstimateReport, GoalReport, Report};
-use crate::chosen::draws;
+use crate::chosen::{draws, ending};
 use fredholm_model::numbers::{aligned, short, with_decimals, with_error};
 
 /// The standard errors by which a solution of the equation is off once in two million times.
@@ -13,6 +13,9 @@ impl Report {
     pub fn table(&self) -> String {
         if let Some(whole) = &self.whole {
             return format!("{}{}", self.choice_text, whole.table());
+        }
+        if let Some(found) = &self.resolvent {
+            return self.resolvent_table(found);
         }
         format!(
             "{}{}\n\n{}{}\n{}, {} states{}, set-up {} s, walks {} s\n",
@@ -43,7 +46,7 @@ impl Report {
             .cells
             .saturating_pow(self.dimension.unwrap_or(1) as u32);
         format!(
-            "{}{}, {} cell{}{}{}, {} pairs{}{}, {} estimator{}, {}, seed {}",
+            "{}{}, {} cell{}{}{}, {} pairs, {}{}, {}, seed {}",
             self.problem,
             self.dimension
                 .map_or(String::new(), |d| format!(" of dimension {d}")),
@@ -57,15 +60,13 @@ impl Report {
             self.lift
                 .map_or(String::new(), |lift| format!(" lifted to {lift}")),
             self.pairs,
-            self.pair_counts
-                .map_or(String::new(), |counts| counts.text()),
-            if self.exact_source {
-                ", exact source"
-            } else {
-                ""
-            },
-            self.estimator,
-            draws(self.sequence, self.survivals, self.last_step, self.adjoint),
+            ending(self.absorption, self.estimator),
+            draws(
+                self.sequence,
+                self.forced_steps,
+                self.last_step,
+                self.adjoint
+            ),
             self.scalar,
             self.seed,
         )
@@ -143,7 +144,7 @@ impl Report {
         );
         remark(
             count(&|t| t.endings.step_limit > 0),
-            "walks were cut off at the step limit: a possible bias; raise `absorption`",
+            "walks were cut off at the step limit: a possible bias; use a constant `absorption`",
         );
         remark(
             count(&|t| t.walks > 1 && t.preconditioned.std_error.is_none()),
@@ -152,7 +153,7 @@ impl Report {
         remark(
             count(&|t| t.doubtful_share.is_some()),
             "one batch of walks makes most of the variance, or that seems to be infinite: the error bar may mean nothing; \
-             use a smaller `absorption`, or look for places where the kernel is large",
+             look for places where the kernel is large",
         );
         let kurtoses = self.goals.iter().filter_map(|t| t.excess_kurtosis);
         let largest = kurtoses.fold(0.0, f64::max);
@@ -183,7 +184,7 @@ impl Report {
 
 impl GoalReport {
     /// The point, in a room the place in the drawing.
-    fn place(&self) -> Option<String> {
+    pub(super) fn place(&self) -> Option<String> {
         match &self.position {
             Some(position) => Some(Coordinates::Many(position.clone()).text()),
             None => self.at.as_ref().map(Coordinates::text),

@@ -1,21 +1,21 @@
-//! The report of a whole function at some regions.
+//! The report of a global estimate at some regions.
 
 use fredholm_core::Estimate;
 use fredholm_model::numbers::{aligned, short, with_error};
-use fredholm_model::{Flux, Heat, WholeQuantity};
+use fredholm_model::{Flux, GlobalQuantity, Heat};
 use serde::Serialize;
 
 use super::csv::{CsvPlace, flux_columns, fluxes, of_columns, places, record, text};
 use super::text::with_unit;
 use super::{Coordinates, EndingsReport, EnergyReport, EstimateReport, GoalReport, Over, Report};
 use crate::choice::Chosen;
-use crate::chosen::draws;
+use crate::chosen::{draws, ending};
 use crate::{
-    Error, Goal, Model, Region, Settings, WholeCoefficients, WholeFunction, WholeSummary,
-    WholeValue,
+    Error, GlobalCoefficients, GlobalEstimate, GlobalSummary, GlobalValue, Goal, Model, Region,
+    Settings,
 };
 
-/// The report of a whole function: its summary, and its values at the regions that were asked for. The serialised names are
+/// The report of a global estimate: its summary, and its values at the regions that were asked for. The serialised names are
 /// stable; fields may be added.
 ///
 /// ```
@@ -29,34 +29,34 @@ use crate::{
 /// # Ok::<(), fredholm::SolveError>(())
 /// ```
 #[derive(Clone, Debug, Serialize)]
-pub struct WholeReport {
+pub struct GlobalReport {
     /// The function's summary.
     #[serde(flatten)]
-    pub summary: WholeSummary,
+    pub summary: GlobalSummary,
     /// Seconds of the values.
     pub value_seconds: f64,
     /// The unit of u, if it has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<&'static str>,
     /// The values.
-    pub targets: Vec<WholeGoalReport>,
+    pub targets: Vec<GlobalGoalReport>,
     /// The net fluxes of a room with temperatures.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     pub energy: Option<EnergyReport>,
-    /// The means over all cells of a scene: its whole function has no values at points.
+    /// The means over all cells of a scene: its global estimate has no values at points.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub mesh: Vec<WholeGoalReport>,
+    pub mesh: Vec<GlobalGoalReport>,
     /// Means over the cells that were asked for: in columns, and in no document.
     #[serde(skip)]
-    pub means: Vec<WholeValue>,
-    /// The coefficients of the function; `None` unless somebody puts them here ([`WholeFunction::coefficients`]).
+    pub means: Vec<GlobalValue>,
+    /// The coefficients of the function; `None` unless somebody puts them here ([`GlobalEstimate::coefficients`]).
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub coefficients: Option<WholeCoefficients>,
+    pub coefficients: Option<GlobalCoefficients>,
 }
 
-/// The value of a whole function at one region.
+/// The value of a global estimate at one region.
 #[derive(Clone, Debug, Serialize)]
-pub struct WholeGoalReport {
+pub struct GlobalGoalReport {
     /// The goal's name.
     pub name: String,
     /// The point, if the goal is u at a point.
@@ -78,7 +78,7 @@ pub struct WholeGoalReport {
     pub exact: Option<f64>,
     /// Estimate, standard error, band, and the deterministic part.
     #[serde(flatten)]
-    pub value: WholeValue,
+    pub value: GlobalValue,
     /// The estimate minus the exact value, if that is known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<f64>,
@@ -102,12 +102,12 @@ pub struct WholeGoalReport {
     pub radiant_temperature: Option<EstimateReport>,
 }
 
-impl WholeGoalReport {
+impl GlobalGoalReport {
     pub(crate) fn new(
         model: &dyn Model,
         goal: &Goal,
         exact: Option<f64>,
-        value: WholeValue,
+        value: GlobalValue,
     ) -> Self {
         let error = exact.map(|exact| value.estimate - exact);
         let bar = value.std_error.filter(|bar| *bar > 0.0);
@@ -166,7 +166,7 @@ impl WholeGoalReport {
 }
 
 /// The value as an estimate of so many walks.
-pub(super) fn estimate(value: &WholeValue) -> Estimate {
+pub(super) fn estimate(value: &GlobalValue) -> Estimate {
     Estimate {
         estimate: value.estimate,
         std_error: value.std_error,
@@ -198,14 +198,14 @@ const COLUMNS: [&str; 20] = [
     "radiant_temperature_std_error",
 ];
 
-impl WholeReport {
+impl GlobalReport {
     /// Adds the means of u between goals of these numbers: of each cell a corner, and its neighbours.
     ///
     /// # Errors
-    /// As [`WholeFunction::means_between`].
+    /// As [`GlobalEstimate::means_between`].
     pub fn add_means(
         &mut self,
-        function: &WholeFunction<'_>,
+        function: &GlobalEstimate<'_>,
         goals: &[Goal],
         cells: &[Vec<usize>],
     ) -> Result<(), Error> {
@@ -222,7 +222,7 @@ impl WholeReport {
     }
 
     /// The targets, and then the cells of a mesh.
-    pub(super) fn rows(&self) -> impl Iterator<Item = &WholeGoalReport> {
+    pub(super) fn rows(&self) -> impl Iterator<Item = &GlobalGoalReport> {
         self.targets.iter().chain(&self.mesh)
     }
 
@@ -296,7 +296,7 @@ impl WholeReport {
         } else {
             "v"
         };
-        head.extend(["exact", iterate, "whole function", "band ±"].map(own));
+        head.extend(["exact", iterate, "global estimate", "band ±"].map(own));
         if has_errors {
             head.extend([own("error"), "z".to_owned()]);
         }
@@ -335,14 +335,14 @@ impl WholeReport {
             short(self.value_seconds)
         ));
         format!(
-            "{}, {} pairs, {} estimator{}, {}, seed {}\n\n{}{}\n{}\n",
+            "{}, {} pairs, {}{}, {}, seed {}\n\n{}{}\n{}\n",
             match summary.dimension {
                 Some(d) => format!("{} of dimension {d}", summary.problem),
                 None => summary.problem.to_owned(),
             },
             summary.pairs,
-            summary.estimator,
-            draws(summary.sequence, summary.survivals, false, false),
+            ending(summary.absorption, summary.estimator),
+            draws(summary.sequence, summary.forced_steps, false, false),
             summary.scalar,
             summary.seed,
             aligned(&rows),
@@ -354,7 +354,7 @@ impl WholeReport {
     }
 }
 
-impl WholeGoalReport {
+impl GlobalGoalReport {
     fn row(&self, has_errors: bool, there: [bool; 4]) -> Vec<String> {
         let value = &self.value;
         let optional = |x: Option<f64>| x.map_or(String::new(), short);
@@ -385,12 +385,12 @@ impl WholeGoalReport {
     }
 }
 
-impl WholeFunction<'_> {
+impl GlobalEstimate<'_> {
     /// The report of this function at these regions.
     ///
     /// # Errors
     /// [`Error::Region`]: the space has no such region.
-    pub fn report(&self, goals: &[Goal]) -> Result<WholeReport, Error> {
+    pub fn report(&self, goals: &[Goal]) -> Result<GlobalReport, Error> {
         let start = std::time::Instant::now();
         let regions: Vec<Region> = goals.iter().map(|goal| goal.region.clone()).collect();
         let values = self.values(&regions)?;
@@ -398,12 +398,12 @@ impl WholeFunction<'_> {
         let all = goals.iter().zip(values);
         let targets = all.map(|(goal, value)| {
             let exact = model.exact(&goal.region)?;
-            Ok(WholeGoalReport::new(model, goal, exact, value))
+            Ok(GlobalGoalReport::new(model, goal, exact, value))
         });
         let mut targets = targets.collect::<Result<Vec<_>, Error>>()?;
         self.add_heat(goals, &mut targets)?;
         let mesh = self.mesh_report();
-        Ok(WholeReport {
+        Ok(GlobalReport {
             summary: self.summary().clone(),
             unit: model.unit(),
             targets,
@@ -416,11 +416,11 @@ impl WholeFunction<'_> {
     }
 
     /// Adds irradiances, and what follows from them.
-    fn add_heat(&self, goals: &[Goal], targets: &mut [WholeGoalReport]) -> Result<(), Error> {
+    fn add_heat(&self, goals: &[Goal], targets: &mut [GlobalGoalReport]) -> Result<(), Error> {
         let model = self.model();
         let lit = |goal: &&Goal| model.has_own_irradiance(&goal.region);
         let regions: Vec<Region> = goals.iter().filter(lit).map(|g| g.region.clone()).collect();
-        let irradiances = self.quantities(WholeQuantity::Irradiance, &regions)?;
+        let irradiances = self.quantities(GlobalQuantity::Irradiance, &regions)?;
         let mut irradiances = irradiances.iter().map(estimate);
         for (goal, target) in goals.iter().zip(targets) {
             let own = match lit(&goal) {
@@ -441,7 +441,7 @@ impl WholeFunction<'_> {
         }
         let mut regions: Vec<Region> = parts.iter().map(|(part, _)| Region::Part(*part)).collect();
         regions.push(Region::Parts(parts.iter().map(|(part, _)| *part).collect()));
-        let values = self.quantities(WholeQuantity::NetFlux, &regions)?;
+        let values = self.quantities(GlobalQuantity::NetFlux, &regions)?;
         // The walks are those of all.
         let walks = self.summary().walks;
         let fluxes = parts
@@ -466,18 +466,18 @@ impl WholeFunction<'_> {
     }
 }
 
-/// The summary of a whole function, in the report of all goals.
+/// The summary of a global estimate, in the report of all goals.
 pub(super) fn summary<S: serde::Serializer>(
-    whole: &Option<Box<WholeReport>>,
+    whole: &Option<Box<GlobalReport>>,
     to: S,
 ) -> Result<S::Ok, S::Error> {
     whole.as_ref().map(|whole| &whole.summary).serialize(to)
 }
 
 impl Report {
-    /// The report of a whole function in the form of that of separate walks: all goals have the same walks.
+    /// The report of a global estimate in the form of that of separate walks: all goals have the same walks.
     pub(crate) fn of_whole(
-        function: &WholeFunction<'_>,
+        function: &GlobalEstimate<'_>,
         goals: &[Goal],
         settings: &Settings,
         (chosen, means): (Option<&Chosen<'_>>, &[Vec<usize>]),
@@ -487,6 +487,7 @@ impl Report {
         let summary = &whole.summary;
         let goals = whole.targets.iter();
         Ok(Self {
+            method: "global",
             problem: summary.problem,
             dimension: summary.dimension,
             cells: summary.cells,
@@ -494,15 +495,13 @@ impl Report {
             degree: summary.degree,
             lift: summary.lift,
             pairs: summary.pairs,
-            pair_counts: None,
-            exact_source: false,
             absorption: summary.absorption,
             estimator: summary.estimator,
             form: summary.form,
             scalar: summary.scalar,
             generator: summary.generator,
             sequence: summary.sequence,
-            survivals: summary.survivals,
+            forced_steps: summary.forced_steps,
             last_step: false,
             adjoint: false,
             shared: 1,
@@ -524,14 +523,15 @@ impl Report {
                 chosen.report.text(&chosen.settings, &chosen.cells.text)
             }),
             energy: whole.energy.clone(),
+            resolvent: None,
             whole: Some(Box::new(whole)),
         })
     }
 }
 
-impl WholeGoalReport {
+impl GlobalGoalReport {
     /// The report of the goal in the form of one by separate walks.
-    fn as_separate(&self, of: &WholeReport) -> GoalReport {
+    fn as_separate(&self, of: &GlobalReport) -> GoalReport {
         let summary = &of.summary;
         let none = EstimateReport {
             estimate: None,
@@ -541,7 +541,7 @@ impl WholeGoalReport {
         };
         GoalReport {
             name: self.name.clone(),
-            // A whole function has one.
+            // A global estimate has one.
             channel: None,
             at: self.at.clone(),
             position: self.position.clone(),
@@ -552,7 +552,6 @@ impl WholeGoalReport {
             walks: summary.walks,
             replicates: Some(summary.replicates as u32),
             rounding_floor: summary.rounding_floor,
-            control_error: None,
             doubtful_share: None,
             tail_index: None,
             excess_kurtosis: None,

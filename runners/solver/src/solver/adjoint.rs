@@ -51,7 +51,7 @@ impl Solver<'_> {
     pub(crate) fn way_back(&self, goals: &[Goal]) -> Option<Box<dyn Model + '_>> {
         let settings = &self.settings;
         let is_chosen = settings.tolerance.is_some() && settings.cells.is_none();
-        let is_open = settings.adjoint.is_none() && settings.whole.is_none();
+        let is_open = settings.adjoint.is_none() && settings.global.is_none();
         // Every process of a team must take the same way.
         let is_alone = self.execute.takes_whole();
         let may = is_chosen && is_open && is_alone && !self.model.is_adjoint();
@@ -78,7 +78,7 @@ impl Solver<'_> {
         }
         Err(Error::Option {
             subject: Subject::Adjoint,
-            message: "walks from the sources answer targets, and neither tell a whole function nor are swept or predicted: \
+            message: "walks from the sources answer targets, and neither tell a global estimate nor are swept or predicted: \
                       leave `adjoint` out"
                 .to_owned(),
         })

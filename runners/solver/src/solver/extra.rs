@@ -33,7 +33,7 @@ impl Solver<'_> {
     /// let u = CubeModel::from_fn::<2>(|x, y| 0.5 * (-(x[0] - y[0]).powi(2) - x[1] * y[1]).exp(), |x| 1.0 + x[0]);
     /// let solver = Solver::new(&u).mean().cells(4).degree(2).walks(1 << 15);
     /// let random = solver.clone().solve()?;
-    /// let sobol = solver.sequence(Sequence::Sobol).survivals(8).solve()?;
+    /// let sobol = solver.sequence(Sequence::Sobol).forced_steps(8).solve()?;
     /// assert_eq!(sobol.goals[0].replicates, Some(32));
     /// let errors = [random, sobol].map(|report| report.goals[0].preconditioned.std_error.unwrap());
     /// assert!(errors[1] < errors[0] / 2.0);
@@ -46,8 +46,8 @@ impl Solver<'_> {
 
     /// Sets the number of first states in which walks are not absorbed; it is 0 otherwise. A walk is as many states longer,
     /// scores in all of them, and its scores depend on its draws without the jumps of absorption.
-    pub fn survivals(mut self, states: u32) -> Self {
-        self.settings.survivals = Some(states);
+    pub fn forced_steps(mut self, states: u32) -> Self {
+        self.settings.forced_steps = Some(states);
         self
     }
 

@@ -1,21 +1,21 @@
-//! The whole function of a solver's equation.
+//! The global estimate of a solver's equation.
 
 use super::{SolveError, Solver};
 use crate::point::Point;
-use crate::whole::{Looks, Until, Whole, WholeFunction, WholeValue};
+use crate::whole::{GlobalEstimate, GlobalValue, Looks, Until, Whole};
 use crate::{Error, Goal, Region};
 
 impl<'m> Solver<'m> {
-    /// Sets the degree of the polynomials on whose coefficients the walks of a whole function score: above that of v,
+    /// Sets the degree of the polynomials on whose coefficients the walks of a global estimate score: above that of v,
     /// by two otherwise.
     pub fn score_degree(mut self, degree: usize) -> Self {
         self.settings.score_degree = Some(degree);
         self
     }
 
-    /// Sets the cells of which the report of a whole function has the mean of u, if the goals are answered by one: of each the
+    /// Sets the cells of which the report of a global estimate has the mean of u, if the goals are answered by one: of each the
     /// number of the goal in its corner, and those of its neighbours along the axes
-    /// ([`WholeFunction::means_between`]).
+    /// ([`GlobalEstimate::means_between`]).
     ///
     /// ```
     /// use fredholm::{CubeModel, Solver};
@@ -33,7 +33,7 @@ impl<'m> Solver<'m> {
         self
     }
 
-    /// The whole function u with its error band, from one set of walks, for circles, spheres, cubes, rooms and
+    /// The global estimate of u with its error band, from one set of walks, for circles, spheres, cubes, rooms and
     /// scenes, of which it has means over cells and surfaces. What is asked for otherwise plays no part. What is open has its default: nothing is chosen. The number of walks is that of all, rounded up to
     /// equally many of each of 64 replicates; a tolerance is for every point.
     ///
@@ -57,7 +57,7 @@ impl<'m> Solver<'m> {
     ///
     /// # Errors
     /// [`SolveError`].
-    pub fn whole(&self) -> Result<WholeFunction<'m>, SolveError> {
+    pub fn whole(&self) -> Result<GlobalEstimate<'m>, SolveError> {
         self.check()?;
         self.check_direction()?;
         self.check_whole()?;
@@ -77,7 +77,7 @@ impl<'m> Solver<'m> {
         whole.finished(ready, walked)
     }
 
-    /// Refuses points that are asked for, where the whole function has none.
+    /// Refuses points that are asked for, where the global estimate has none.
     fn check_whole(&self) -> Result<(), Error> {
         let has_whole = self.model.has_whole();
         if !has_whole || self.model.whole_has_points() || self.asked.is_empty() {
@@ -89,8 +89,8 @@ impl<'m> Solver<'m> {
             None => Ok(()),
             Some(Goal { name, .. }) => Err(Error::Region {
                 message: format!(
-                    "{name:?} is a point, and the whole function here has means over cells and parts alone: ask for it \
-                     without the whole function"
+                    "{name:?} is a point, and the global estimate here has means over cells and parts alone: ask for it \
+                     without the global estimate"
                 ),
             }),
         }
@@ -118,7 +118,7 @@ impl<'m> Solver<'m> {
     pub fn values_at<P: Into<Point> + Clone>(
         &self,
         points: &[P],
-    ) -> Result<Vec<WholeValue>, SolveError> {
+    ) -> Result<Vec<GlobalValue>, SolveError> {
         self.check()?;
         let points = points.iter().cloned().map(Into::into);
         let points = points.map(|Point(at)| self.model.point(&at));

@@ -25,8 +25,8 @@ pub struct Rates {
     pub lift: Option<usize>,
     /// The name of the choice of pairs.
     pub pairs: &'static str,
-    /// The absorption probability q0.
-    pub absorption: f64,
+    /// The absorption probability q0; null: walks end by roulette.
+    pub absorption: Option<f64>,
     /// The seed of the walks.
     pub seed: u64,
     /// The mean of u: exact, or the preconditioned estimate of the finest level.
@@ -267,7 +267,7 @@ impl Rates {
                 None => sweep.walk.pairs,
             }
             .word(),
-            absorption: sweep.walk.absorption,
+            absorption: sweep.walk.absorption.probability(),
             seed: sweep.walk.seed,
             mean,
             mean_std_error,

@@ -1,11 +1,11 @@
-//! The coefficients of a whole function, for those who evaluate it elsewhere.
+//! The coefficients of a global estimate, for those who evaluate it elsewhere.
 
-use fredholm_core::whole::over_replicates;
+use fredholm_core::global::over_replicates;
 use serde::Serialize;
 
-use super::WholeFunction;
+use super::GlobalEstimate;
 
-/// The coefficients of v and ê of a whole function ũ = F + T_K (v + ê) on equal cells, of circles and cubes: for those who
+/// The coefficients of v and ê of a global estimate ũ = F + T_K (v + ê) on equal cells, of cubes: for those who
 /// evaluate it elsewhere. The serialised names are stable; fields may be added.
 ///
 /// With t from −1 to 1 along every axis of a cell, its functions are products of √(2b + 1) P_b(t) of total degree `degree` or
@@ -26,7 +26,7 @@ use super::WholeFunction;
 /// # Ok::<(), fredholm::SolveError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct WholeCoefficients {
+pub struct GlobalCoefficients {
     /// The name of the functions on a cell: "legendre".
     pub basis: &'static str,
     /// Their largest total degree.
@@ -37,10 +37,10 @@ pub struct WholeCoefficients {
     pub e: Vec<f64>,
 }
 
-impl WholeFunction<'_> {
+impl GlobalEstimate<'_> {
     /// The coefficients of v and ê. `None`: the problem is neither a circle nor a cube.
     #[must_use]
-    pub fn coefficients(&self) -> Option<WholeCoefficients> {
+    pub fn coefficients(&self) -> Option<GlobalCoefficients> {
         let (rows, replicates) = (self.field.coefficients()?, self.summary.replicates);
         let unknowns = rows.len() / (1 + self.field.rows()).max(1);
         let row = |k: usize| rows.get(k * unknowns..(k + 1) * unknowns);
@@ -49,7 +49,7 @@ impl WholeFunction<'_> {
             let values = all.iter().filter_map(|row| row.get(i).copied());
             over_replicates(&values.collect::<Vec<_>>()).mean
         };
-        Some(WholeCoefficients {
+        Some(GlobalCoefficients {
             basis: "legendre",
             degree: self.summary.score_degree,
             v: row(0)?.to_vec(),

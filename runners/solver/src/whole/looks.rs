@@ -1,7 +1,7 @@
-//! The regions at which error bars are looked at while walks of a whole function go on.
+//! The regions at which error bars are looked at while walks of a global estimate go on.
 
-use fredholm_core::whole::over_replicates;
-use fredholm_model::{IMAGE_HEAD, WholeField, WholeQuantity};
+use fredholm_core::global::over_replicates;
+use fredholm_model::{GlobalField, GlobalQuantity, IMAGE_HEAD};
 
 use super::{PROBES, REPLICATES, split};
 use crate::{Error, Goal, Model, Region, Tolerance};
@@ -9,8 +9,10 @@ use crate::{Error, Goal, Model, Region, Tolerance};
 /// The part of a tolerance that no error bar sees, at most: what scores of one degree less would move, which is many times what
 /// is lost.
 const UNSEEN: f64 = 0.5;
-/// The part of a standard error that is noise of that, before walks tell more.
-const NOISE: f64 = 0.25;
+/// Standard errors of what the highest degree is worth that are no sign of it: some of many places are two off.
+const SIGNIFICANT: f64 = 3.0;
+/// The part of a standard error below which it does not matter, before walks tell more.
+const SMALL: f64 = 0.25;
 /// The part of a tolerance by which quadrature may be off.
 pub(super) const MOVED: f64 = 0.1;
 
@@ -57,23 +59,42 @@ impl Looks {
     }
 
     /// What a field says of them.
-    pub(crate) fn look(&self, field: &dyn WholeField, tolerance: Tolerance) -> Result<Look, Error> {
+    pub(crate) fn look(
+        &self,
+        field: &dyn GlobalField,
+        tolerance: Tolerance,
+    ) -> Result<Look, Error> {
         let width = IMAGE_HEAD + field.rows();
         let mut all = Look::default();
         let images = match self.0.is_empty() {
             true => field.mesh_images(),
-            false => field.images(WholeQuantity::U, &self.0)?,
+            false => field.images(GlobalQuantity::U, &self.0)?,
         };
-        for image in images.chunks_exact(width) {
-            all.add(image, tolerance);
+        let images = images.chunks_exact(width);
+        for (image, highest) in images.clone().zip(highest_parts(images)) {
+            all.add(image, highest, tolerance);
         }
         Ok(all)
     }
 }
 
+/// What the highest degree is worth at each of these images, and 0 where that may be its noise, which the halves of the replicates tell.
+pub(super) fn highest_parts<'a>(images: impl Iterator<Item = &'a [f64]>) -> Vec<f64> {
+    let parts = images.map(|image| match image.get(IMAGE_HEAD + REPLICATES..) {
+        Some(&[one, other]) => [one, other].map(|half| 0.5 * half),
+        _ => [0.0; 2],
+    });
+    let parts: Vec<[f64; 2]> = parts.collect();
+    let squares = parts.iter().map(|[one, other]| (one - other).powi(2));
+    let noise = (squares.sum::<f64>() / parts.len().max(1) as f64).sqrt();
+    let worth = parts.iter().map(|[one, other]| (one + other).abs());
+    let worth = worth.map(|worth| if worth > SIGNIFICANT * noise { worth } else { 0.0 });
+    worth.collect()
+}
+
 impl Look {
-    /// Looks at an image: F + T_K v and how far it moved, replicates, and the part of the highest degree, if it has that.
-    fn add(&mut self, image: &[f64], tolerance: Tolerance) {
+    /// Looks at an image: F + T_K v and how far it moved, and replicates. `highest` is what the highest degree is worth there.
+    fn add(&mut self, image: &[f64], highest: f64, tolerance: Tolerance) {
         let ([iterate, moved], replicates) = split(image, REPLICATES);
         let correction = over_replicates(replicates);
         let error = correction.std_error;
@@ -86,9 +107,7 @@ impl Look {
         if error != 0.0 {
             self.error = self.error.max(error / bound);
         }
-        let highest = image.get(IMAGE_HEAD + REPLICATES).copied();
-        let highest = highest.unwrap_or(0.0).abs();
-        let seen = (UNSEEN * bound).max(NOISE * error);
+        let seen = (UNSEEN * bound).max(SMALL * error);
         let has_moved = moved > MOVED * bound.max(error);
         self.is_biased |= highest > seen || has_moved;
         self.is_nearly_biased |= highest > 0.5 * seen || has_moved;

@@ -1,11 +1,9 @@
-//! Means of a whole function over the cells of a mesh.
+//! Means of a global estimate over the cells of a mesh.
 
-use core::f64::consts::TAU;
-
-use fredholm_model::{IMAGE_HEAD, WholeQuantity};
+use fredholm_model::{GlobalQuantity, IMAGE_HEAD};
 use fredholm_variance::gauss;
 
-use super::{QUADRATURE_SHARE, WholeFunction, WholeValue};
+use super::{GlobalEstimate, GlobalValue, QUADRATURE_SHARE};
 use crate::{Error, Goal, Region};
 
 /// Gauss points along every axis of a cell, more and more.
@@ -15,7 +13,7 @@ const CELLS: usize = 256;
 /// The most axes of a cell: of four, every rule takes as many points as a grid has for all cells of three.
 const AXES: usize = 3;
 
-impl WholeFunction<'_> {
+impl GlobalEstimate<'_> {
     /// The means of u over segments, parallelograms and parallelepipeds between points, such as the cells of a grid. A
     /// cell is a point in its corner, and the neighbours of this corner, one for each of three axes at most. The mean is
     /// taken in the coordinates of the points: angles, those of a cube, shares of the length of a part. From an angle to one that is
@@ -39,7 +37,7 @@ impl WholeFunction<'_> {
     /// # Errors
     /// [`Error::Region`]: the space has no such point, a corner is no point, a neighbour is of a different kind or part, or
     /// there are more than three.
-    pub fn means_between(&self, cells: &[Vec<Region>]) -> Result<Vec<WholeValue>, Error> {
+    pub fn means_between(&self, cells: &[Vec<Region>]) -> Result<Vec<GlobalValue>, Error> {
         let goals = cells
             .iter()
             .flatten()
@@ -49,8 +47,8 @@ impl WholeFunction<'_> {
         Ok(all.collect::<Result<Vec<_>, Error>>()?.concat())
     }
 
-    fn means(&self, cells: &[Vec<Region>]) -> Result<Vec<WholeValue>, Error> {
-        let mut means: Vec<Option<WholeValue>> = vec![None; cells.len()];
+    fn means(&self, cells: &[Vec<Region>]) -> Result<Vec<GlobalValue>, Error> {
+        let mut means: Vec<Option<GlobalValue>> = vec![None; cells.len()];
         let mut open: Vec<usize> = (0..cells.len()).collect();
         for points in POINTS {
             if open.is_empty() {
@@ -64,7 +62,7 @@ impl WholeFunction<'_> {
             });
             let moved: Vec<f64> = moved.collect();
             for ((&i, now), &moved) in open.iter().zip(now).zip(&moved) {
-                means[i] = Some(WholeValue {
+                means[i] = Some(GlobalValue {
                     quadrature_error: moved.max(now.quadrature_error),
                     ..now
                 });
@@ -76,7 +74,7 @@ impl WholeFunction<'_> {
                 moved.next().is_some_and(|moved| moved > may)
             });
         }
-        let mean = |mean: Option<WholeValue>| mean.ok_or(Error::Internal("a cell without a mean"));
+        let mean = |mean: Option<GlobalValue>| mean.ok_or(Error::Internal("a cell without a mean"));
         means.into_iter().map(mean).collect()
     }
 
@@ -85,8 +83,9 @@ impl WholeFunction<'_> {
         &self,
         cells: impl Iterator<Item = &'c [Region]>,
         points: usize,
-    ) -> Result<Vec<WholeValue>, Error> {
+    ) -> Result<Vec<GlobalValue>, Error> {
         let rule = gauss(points)?;
+        let around = self.model.around();
         let (mut nodes, mut ends) = (Vec::new(), Vec::new());
         for cell in cells {
             let Some((corner, neighbours)) = cell.split_first() else {
@@ -95,8 +94,11 @@ impl WholeFunction<'_> {
             if neighbours.len() > AXES {
                 return Err(refused("a cell has three axes at most"));
             }
-            if let (Region::Angle(a), [Region::Angle(b)]) = (corner, neighbours) {
-                nodes.extend(arcs(*a, *b));
+            if let (Some(around), Region::Point(a), [Region::Point(b)]) =
+                (around, corner, neighbours)
+                && let ([a], [b]) = (&a[..], &b[..])
+            {
+                nodes.extend(arcs([*a, *b], around));
                 ends.push(nodes.len());
                 continue;
             }
@@ -116,7 +118,7 @@ impl WholeFunction<'_> {
             ends.push(nodes.len());
         }
         let (regions, weights): (Vec<Region>, Vec<f64>) = nodes.into_iter().unzip();
-        let images = self.field.images(WholeQuantity::U, &regions)?;
+        let images = self.field.images(GlobalQuantity::U, &regions)?;
         let width = IMAGE_HEAD + self.field.rows();
         let mut images = images.chunks_exact(width).zip(weights);
         let mut from = 0;
@@ -140,15 +142,16 @@ fn refused(message: &str) -> Error {
     }
 }
 
-/// The arcs from an angle to another, past 0 if that is not larger, with their shares: means over arcs know where u jumps.
-fn arcs(from: f64, to: f64) -> Vec<(Region, f64)> {
+/// The arcs from an angle to another, past the end of the circle if that is not larger, with their shares: means over arcs know where u
+/// jumps.
+fn arcs([from, to]: [f64; 2], [low, high]: [f64; 2]) -> Vec<(Region, f64)> {
     let way = if to > from {
         to - from
     } else {
-        to - from + TAU
+        to - from + high - low
     };
-    let (before, after) = if to > from { (to, 0.0) } else { (TAU, to) };
-    let all = [(from, before), (0.0, after)].into_iter();
+    let (before, after) = if to > from { (to, low) } else { (high, to) };
+    let all = [(from, before), (low, after)].into_iter();
     let all = all.filter(|(from, to)| from < to);
     all.map(|(from, to)| (Region::Arc(from, to), (to - from) / way))
         .collect()

@@ -1,11 +1,11 @@
-//! What a whole function is made of, and how good it is.
+//! What a global estimate is made of, and how good it is.
 
 use core::fmt::{self, Display};
 
 use fredholm_model::numbers::short;
 use serde::Serialize;
 
-/// What a whole function is made of, and how good it is. The serialised names are stable; fields may be added.
+/// What a global estimate is made of, and how good it is. The serialised names are stable; fields may be added.
 ///
 /// ```
 /// use fredholm::{CubeModel, Solver};
@@ -17,7 +17,7 @@ use serde::Serialize;
 /// # Ok::<(), fredholm::SolveError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct WholeSummary {
+pub struct GlobalSummary {
     /// The kind of the problem.
     pub problem: &'static str,
     /// The dimension d of a cube.
@@ -37,7 +37,7 @@ pub struct WholeSummary {
     /// The name of the choice of pairs.
     pub pairs: &'static str,
     /// The absorption probability q0.
-    pub absorption: f64,
+    pub absorption: Option<f64>,
     /// The name of the estimator.
     pub estimator: &'static str,
     /// The name of the form of the control variate.
@@ -51,7 +51,7 @@ pub struct WholeSummary {
     pub sequence: Option<&'static str>,
     /// The number of first states in which walks are not absorbed.
     #[serde(skip_serializing_if = "crate::report::is_zero")]
-    pub survivals: u32,
+    pub forced_steps: u32,
     /// The seed of the walks.
     pub seed: u64,
     /// The reason why the walks ended: "done", "error_not_reached", "time_limit" or "cancelled".
@@ -88,7 +88,7 @@ pub struct WholeSummary {
     pub band_seconds: f64,
 }
 
-impl WholeSummary {
+impl GlobalSummary {
     /// What a reader must know besides the numbers: of biases that are not small beside the error bars.
     #[must_use]
     pub fn remarks(&self) -> Vec<String> {
@@ -133,7 +133,7 @@ impl WholeSummary {
     }
 }
 
-impl Display for WholeSummary {
+impl Display for GlobalSummary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,

@@ -1,23 +1,23 @@
-//! The walks of a whole function, and the function that they make.
+//! The walks of a global estimate, and the function that they make.
 
 use std::time::Instant;
 
-use fredholm_core::whole::{ReplicateCounts, Replicated, WholeJob, band_factor, over_replicates};
-use fredholm_core::{DEFAULT_GENERATOR, Real, Tolerance, rounding_floor};
+use fredholm_core::global::{GlobalJob, ReplicateCounts, Replicated, band_factor, over_replicates};
+use fredholm_core::{Absorption, DEFAULT_GENERATOR, Estimator, Real, Tolerance, rounding_floor};
 use fredholm_model::memory::refuse_beyond_memory;
-use fredholm_model::{IMAGE_HEAD, WholeField, WholeQuantity, WholeRequest, WholeSystem};
+use fredholm_model::{GlobalField, GlobalQuantity, GlobalRequest, GlobalSystem, IMAGE_HEAD};
 use fredholm_rayon::Replicates;
 
-use super::looks::{Look, Looks, MOVED};
+use super::looks::{Look, Looks, MOVED, highest_parts};
 use super::{
-    BAND_LEVEL, PROBES, QUADRATURE_SHARE, REPLICATES, WholeFunction, WholeSummary, WholeValue,
+    BAND_LEVEL, GlobalEstimate, GlobalSummary, GlobalValue, PROBES, QUADRATURE_SHARE, REPLICATES,
     split,
 };
 use crate::answer::SolveObserver;
 use crate::systems::Systems;
 use crate::{
-    Choices, Error, Model, Pairs, Region, Scalar, Sequence, Settings, SolveError, Subject,
-    WalkOptions,
+    Choices, Error, Model, Pairs, Partitioned, Region, Scalar, Sequence, Settings, SolveError,
+    Subject, WalkOptions,
 };
 
 /// The fewest walks of a replicate.
@@ -30,12 +30,15 @@ const QUADRATURE_PROBES: usize = 8;
 const CELLS: usize = 4096;
 /// The share of a replicate's walks that one round adds: as long a cancellation may wait.
 const ROUND: u64 = 8;
+/// The bounds of the absorption that is chosen: walks of one state see nothing of T_K, and those of a thousand take long.
+const LEAST_ABSORPTION: f64 = 1e-3;
+const MOST_ABSORPTION: f64 = 0.7;
 /// The rate r of a variance of N^−r in the next stage of a sequence, between that of pseudo-random walks and that of smooth functions.
 const SEQUENCE_RATE: f64 = 1.5;
 /// By how many times more walks than an error bar says the next stage goes on: that is itself uncertain by 9 %.
 const MORE: f64 = 1.1;
 
-/// What the walks of a whole function depend on.
+/// What the walks of a global estimate depend on.
 pub(crate) struct Whole<'a, 'm> {
     pub(crate) model: &'m dyn Model,
     pub(crate) settings: &'a Settings,
@@ -45,7 +48,7 @@ pub(crate) struct Whole<'a, 'm> {
 
 /// A solved system that is about to be walked.
 pub(crate) struct Ready<'m> {
-    pub(crate) system: Box<dyn WholeSystem<'m> + 'm>,
+    pub(crate) system: Box<dyn GlobalSystem<'m> + 'm>,
     pub(crate) walk: WalkOptions,
     /// The degree of scores.
     pub(crate) degree: usize,
@@ -83,6 +86,14 @@ impl Walked {
     }
 }
 
+/// The best constant absorption of walks that score in every state. With scores of residuals that hardly depend on each other the
+/// variance is proportional to 1/(1 − r/s), where r is the radius of T_k²p and s = 1 − q0, and the work to 1/(1 − s): their product is
+/// least at s = √r. Two digits of it are enough, and can be read.
+pub(crate) fn best_absorption(radius: f64) -> f64 {
+    let best = (1.0 - Real::sqrt(radius)).clamp(LEAST_ABSORPTION, MOST_ABSORPTION);
+    format!("{best:.1e}").parse().unwrap_or(best)
+}
+
 impl<'m> Whole<'_, 'm> {
     /// Sets up.
     pub(crate) fn ready(&self) -> Result<Ready<'m>, Error> {
@@ -91,33 +102,18 @@ impl<'m> Whole<'_, 'm> {
         if !self.model.has_whole() {
             return Err(Error::Option {
                 subject: Subject::Problem,
-                message: "the whole function from one set of walks is offered for circles, spheres, rooms, scenes, cubes whose \
-                          kernel has an integral, and equations of a crate of its own whose `CellMap` has \
-                          `parameters`: ask for targets without it"
+                message: "the global estimate from one set of walks is offered for circles, spheres, rooms, scenes, cubes whose \
+                          kernel has an integral, and equations of a crate of its own: ask for targets without it"
                     .to_owned(),
             });
         }
         let (cut, mut walk) = (self.settings.discretisation(), self.settings.walk_options());
         walk.pairs = self.settings.pairs.unwrap_or(self.model.whole_pairs());
-        if walk.pairs == Pairs::Theory {
-            return Err(Error::Option {
-                subject: Subject::Pairs,
-                message: "\"theory\" chooses pairs for targets, and the whole function has none: use \"default\""
-                    .to_owned(),
-            });
-        }
-        if self.settings.exact_source == Some(true) {
-            return Err(Error::Option {
-                subject: Subject::ExactSource,
-                message: "the whole function is not offered with an exact source: leave `exact_source` out"
-                    .to_owned(),
-            });
-        }
         if walk.last_step {
             return Err(Error::Option {
                 subject: Subject::LastStep,
                 message:
-                    "a whole function scores in every state of walks for u: leave `last_step` out"
+                    "a global estimate scores in every state of walks for u: leave `last_step` out"
                         .to_owned(),
             });
         }
@@ -126,6 +122,9 @@ impl<'m> Whole<'_, 'm> {
         let what = || format!("{} unknowns", cells.unknowns());
         let advice = self.model.about().less_memory;
         refuse_beyond_memory(what, needed, advice)?;
+        if self.settings.absorption.is_none() {
+            walk.absorption = self.absorption(&*cells)?;
+        }
         if !walk.allow_infinite_variance {
             cells.check_variance(&walk)?;
         }
@@ -151,7 +150,7 @@ impl<'m> Whole<'_, 'm> {
         })
     }
 
-    fn score_degree(&self, system: &dyn WholeSystem<'_>) -> Result<usize, Error> {
+    fn score_degree(&self, system: &dyn GlobalSystem<'_>) -> Result<usize, Error> {
         let (own, most) = (system.degree(), system.most_degree());
         match self.settings.score_degree {
             None | Some(0) if !self.model.whole_has_points() => Ok(0),
@@ -165,7 +164,7 @@ impl<'m> Whole<'_, 'm> {
             None => Err(Error::Option {
                 subject: Subject::Degree,
                 message: format!(
-                    "walks of a whole function score on polynomials of a higher degree than v, and {most} is the highest \
+                    "walks of a global estimate score on polynomials of a higher degree than v, and {most} is the highest \
                      here: use a `degree` of at most {}",
                     most - 1
                 ),
@@ -179,6 +178,13 @@ impl<'m> Whole<'_, 'm> {
                 ),
             }),
         }
+    }
+
+    fn absorption(&self, cells: &dyn Partitioned<'_>) -> Result<Absorption, Error> {
+        Ok(Absorption::Constant {
+            probability: best_absorption(cells.plain_radius()?),
+            estimator: self.settings.estimator.unwrap_or(Estimator::Collision),
+        })
     }
 
     /// Walks until the tolerance is reached, or to the end.
@@ -214,7 +220,7 @@ impl<'m> Whole<'_, 'm> {
     ) -> Result<Walked, Error> {
         let (start, system) = (Instant::now(), &*ready.system);
         let functions = system.cells() * system.degrees(ready.degree).len();
-        let request = WholeRequest {
+        let request = GlobalRequest {
             walk,
             degree: ready.degree,
             // As many values of F − G as there are functions, about, and one of every walk.
@@ -238,7 +244,7 @@ impl<'m> Whole<'_, 'm> {
     }
 
     /// The values at points, for which walks score on K(x, ·) itself.
-    pub(crate) fn values_at(&self, points: &[Region]) -> Result<Vec<WholeValue>, Error> {
+    pub(crate) fn values_at(&self, points: &[Region]) -> Result<Vec<GlobalValue>, Error> {
         let ready = self.ready()?;
         let walk = WalkOptions {
             tolerance: None,
@@ -249,7 +255,7 @@ impl<'m> Whole<'_, 'm> {
             walks: walk.walks,
             price: f64::INFINITY,
         };
-        let request = WholeRequest {
+        let request = GlobalRequest {
             walk: &walk,
             degree: ready.degree,
             knows_first: false,
@@ -274,11 +280,11 @@ impl<'m> Whole<'_, 'm> {
         let least = least.fold(f64::INFINITY, f64::min);
         let mut field = system.field(&request, Vec::new())?;
         let moved = field.refine(points, QUADRATURE_SHARE * least)?;
-        let images = field.images(WholeQuantity::U, points)?;
+        let images = field.images(GlobalQuantity::U, points)?;
         let all = images.chunks_exact(IMAGE_HEAD).zip(corrections);
         let value = |(image, correction): (&[f64], Replicated)| {
             let ([iterate, _], _) = split(image, 0);
-            WholeValue {
+            GlobalValue {
                 estimate: iterate + correction.mean,
                 std_error: Some(correction.std_error),
                 band: None,
@@ -293,7 +299,7 @@ impl<'m> Whole<'_, 'm> {
         &self,
         ready: &Ready<'m>,
         (walk, until): (&WalkOptions, &Until),
-        job: &dyn WholeJob,
+        job: &dyn GlobalJob,
         replicates: &mut Replicates,
         start: Instant,
     ) -> Result<&'static str, Error> {
@@ -358,15 +364,15 @@ impl<'m> Whole<'_, 'm> {
         &self,
         ready: Ready<'m>,
         walked: Walked,
-    ) -> Result<WholeFunction<'m>, SolveError> {
+    ) -> Result<GlobalEstimate<'m>, SolveError> {
         let after = Instant::now();
         let counts = walked.counts();
         let field = ready.field(walked.coefficients)?;
         let (about, walk) = (self.model.about(), &ready.walk);
-        let mut whole = WholeFunction {
+        let mut whole = GlobalEstimate {
             model: self.model,
             field,
-            summary: WholeSummary {
+            summary: GlobalSummary {
                 problem: about.kind,
                 dimension: about.dimension,
                 cells: ready.cells,
@@ -379,13 +385,13 @@ impl<'m> Whole<'_, 'm> {
                     .lifted()
                     .map_or(walk.pairs, |_| Pairs::Pointwise)
                     .word(),
-                absorption: walk.absorption,
-                estimator: walk.estimator.word(),
+                absorption: walk.absorption.probability(),
+                estimator: walk.absorption.estimator().word(),
                 form: walk.form.word(),
                 scalar: self.settings.scalar.word(),
                 generator: DEFAULT_GENERATOR,
                 sequence: walk.sequence_word(),
-                survivals: walk.survivals,
+                forced_steps: walk.forced_steps,
                 seed: walk.seed,
                 stop: walked.stop,
                 replicates: REPLICATES,
@@ -415,10 +421,10 @@ impl<'m> Whole<'_, 'm> {
     }
 
     /// The error bars at the probes, the band, and what no band sees.
-    fn finish(&self, whole: &mut WholeFunction<'m>) -> Result<(), Error> {
+    fn finish(&self, whole: &mut GlobalEstimate<'m>) -> Result<(), Error> {
         let probes = self.model.spread(PROBES);
         let images = if self.model.whole_has_points() {
-            whole.field.images(WholeQuantity::U, &probes)?
+            whole.field.images(GlobalQuantity::U, &probes)?
         } else {
             whole.field.mesh_images()
         };
@@ -430,9 +436,10 @@ impl<'m> Whole<'_, 'm> {
             let (_, replicates) = split(image, REPLICATES);
             errors.push(over_replicates(replicates).std_error);
             values.extend(replicates);
-            let moved = image.last().copied().unwrap_or(f64::NAN).abs();
-            whole.summary.truncation = whole.summary.truncation.max(moved);
         }
+        let all = images.chunks_exact(width).step_by(step);
+        let truncation = highest_parts(all).into_iter();
+        whole.summary.truncation = truncation.fold(0.0, |most: f64, part| most.max(part));
         if whole.summary.largest_std_error.is_none() {
             return Ok(());
         }
@@ -453,11 +460,11 @@ impl<'m> Whole<'_, 'm> {
 }
 
 impl<'m> Ready<'m> {
-    /// The function of these coefficients of all replicates, and of the highest degree of their mean.
-    pub(crate) fn field(&self, mut rows: Vec<f64>) -> Result<Box<dyn WholeField + 'm>, Error> {
+    /// The function of these coefficients of all replicates, and of the highest degree of the means of two halves.
+    pub(crate) fn field(&self, mut rows: Vec<f64>) -> Result<Box<dyn GlobalField + 'm>, Error> {
         let degrees = self.system.degrees(self.degree);
         rows.extend(highest(&rows, &degrees, self.system.cells()));
-        let request = WholeRequest {
+        let request = GlobalRequest {
             walk: &self.walk,
             degree: self.degree,
             knows_first: false,
@@ -488,20 +495,24 @@ impl<'m> Ready<'m> {
     }
 }
 
-/// The part of the highest degree of the mean of all replicates; 0 where that is the mean over a cell, which is told as it is.
+/// The parts of the highest degree of the means of either half of the replicates; 0 where that is the mean over a cell, which is told
+/// as it is.
 fn highest(coefficients: &[f64], degrees: &[usize], cells: usize) -> Vec<f64> {
     let top = degrees.iter().copied().max().unwrap_or(0);
     let unknowns = cells * degrees.len();
-    let mut mean = vec![0.0; unknowns];
+    let mut means = vec![0.0; 2 * unknowns];
     if top == 0 {
-        return mean;
+        return means;
     }
-    for row in coefficients.chunks_exact(unknowns.max(1)) {
-        for ((mean, value), degree) in mean.iter_mut().zip(row).zip(degrees.iter().cycle()) {
+    let half = REPLICATES / 2;
+    for (replicate, row) in coefficients.chunks_exact(unknowns.max(1)).enumerate() {
+        let means = means.chunks_exact_mut(unknowns).nth(replicate / half);
+        let means = means.into_iter().flatten();
+        for ((mean, value), degree) in means.zip(row).zip(degrees.iter().cycle()) {
             if *degree == top {
-                *mean += value / REPLICATES as f64;
+                *mean += value / half as f64;
             }
         }
     }
-    mean
+    means
 }

@@ -1,15 +1,12 @@
 //! An equation on an interval with several degrees and pointwise pairs, beside the same as a cube of closures.
 
-use fredholm::{CubeModel, CustomModel, Pairs, Solver};
-use fredholm_core::galerkin::{
-    Basis, CellMap, PairIntegral, Partition, TransitionMoments, legendre,
-};
-use fredholm_core::{Kernel, Located, Sampler, Source, StateSpace, TransitionDensity, Uniforms};
+use fredholm::{CubeModel, CustomModel, Estimator, Pairs, Solver};
+use fredholm_core::galerkin::{Basis, Cells, PairIntegral, TransitionMoments};
+use fredholm_core::{Chain, Density, Equation, Located, Space, Uniforms};
 
 /// u(x) = ½ ∫₀¹ exp(−xy) u(y) dy + 1 + x.
-pub(crate) struct Laplace {
+struct Laplace {
     cells: usize,
-    absorption: f64,
 }
 
 #[derive(Debug)]
@@ -24,11 +21,11 @@ impl core::fmt::Display for NoCells {
 impl core::error::Error for NoCells {}
 
 impl Laplace {
-    fn new(cells: usize, absorption: f64) -> Result<Self, NoCells> {
+    fn new(cells: usize) -> Result<Self, NoCells> {
         if cells == 0 {
             return Err(NoCells);
         }
-        Ok(Self { cells, absorption })
+        Ok(Self { cells })
     }
 
     fn width(&self) -> f64 {
@@ -36,40 +33,38 @@ impl Laplace {
     }
 }
 
-impl StateSpace for Laplace {
+impl Space for Laplace {
     type Scalar = f64;
     type Point = f64;
 }
 
-impl Sampler for Laplace {
-    fn absorption(&self, _: &f64) -> f64 {
-        self.absorption
-    }
-
+impl Chain for Laplace {
     fn step<U: Uniforms<f64>>(&self, _: &f64, uniforms: &mut U) -> Option<f64> {
         Some(uniforms.uniform())
     }
 }
 
-impl TransitionDensity for Laplace {
+impl Density for Laplace {
     fn density(&self, _: &f64, _: &f64) -> f64 {
-        1.0 - self.absorption
+        1.0
     }
 }
 
-impl Kernel for Laplace {
+impl Equation for Laplace {
+    type Value = f64;
+
     fn kernel(&self, x: &f64, y: &f64) -> f64 {
-        0.5 * (-x * y).exp() / (1.0 - self.absorption)
+        0.5 * (-x * y).exp()
     }
-}
 
-impl Source for Laplace {
-    fn source(&self, x: &f64) -> f64 {
+    fn source<U: Uniforms<f64>>(&self, x: &f64, _: &mut U) -> f64 {
         1.0 + x
     }
 }
 
-impl Partition for Laplace {
+impl Cells for Laplace {
+    const DIMENSION: usize = 1;
+
     fn cells(&self) -> usize {
         self.cells
     }
@@ -77,10 +72,6 @@ impl Partition for Laplace {
     fn locate(&self, x: &f64) -> usize {
         ((x * self.cells as f64) as usize).min(self.cells - 1)
     }
-}
-
-impl CellMap for Laplace {
-    const DIMENSION: usize = 1;
 
     fn measure(&self, _: usize) -> f64 {
         self.width()
@@ -88,6 +79,10 @@ impl CellMap for Laplace {
 
     fn point(&self, cell: usize, t: &[f64]) -> f64 {
         (cell as f64 + t[0]) * self.width()
+    }
+
+    fn parameters(&self, x: &Located<f64>, t: &mut [f64]) {
+        t[0] = x.point * self.cells as f64 - x.cell as f64;
     }
 
     fn at(&self, coordinates: &[f64]) -> Option<f64> {
@@ -98,16 +93,11 @@ impl CellMap for Laplace {
     }
 }
 
-impl<const B: usize> Basis<B> for Laplace {
-    fn basis(&self, x: &Located<f64>) -> [f64; B] {
-        let t = 2.0 * (x.point * self.cells as f64 - x.cell as f64) - 1.0;
-        legendre(t)
-    }
-}
+impl<const B: usize> Basis<B> for Laplace {}
 
 impl<const B: usize> TransitionMoments<B> for Laplace {
     fn moments(&self, _: &Located<f64>, _: usize) -> [[f64; B]; B] {
-        let mass = (1.0 - self.absorption) * self.width();
+        let mass = self.width();
         core::array::from_fn(|a| core::array::from_fn(|b| if a == b { mass } else { 0.0 }))
     }
 }
@@ -127,10 +117,6 @@ fn nodes() -> usize {
     if is_long { 2000 } else { 500 }
 }
 
-pub(crate) fn model() -> CustomModel<Laplace> {
-    CustomModel::new(Laplace::new)
-}
-
 fn cube() -> CubeModel {
     CubeModel::from_fn::<1>(|x, y| 0.5 * (-x[0] * y[0]).exp(), |x| 1.0 + x[0])
 }
@@ -139,7 +125,7 @@ fn cube() -> CubeModel {
 fn every_degree_is_that_of_the_cube() {
     let (cube, custom) = (
         cube(),
-        CustomModel::new(Laplace::new)
+        CustomModel::from_cells(Laplace::new)
             .with_functions::<2>()
             .with_functions::<3>(),
     );
@@ -171,7 +157,7 @@ fn every_degree_is_that_of_the_cube() {
 
 #[test]
 fn the_choice_takes_a_high_degree_for_a_small_error() {
-    let custom = CustomModel::new(Laplace::new)
+    let custom = CustomModel::from_cells(Laplace::new)
         .with_functions::<2>()
         .with_functions::<3>();
     let report = Solver::new(&custom).mean().at(0.3).solve_to(1e-8).unwrap();
@@ -185,9 +171,10 @@ fn the_choice_takes_a_high_degree_for_a_small_error() {
 
 #[test]
 fn pointwise_pairs_leave_less_variance() {
-    let custom = CustomModel::new(Laplace::new).with_pair_integrals::<1>();
+    let custom = CustomModel::from_cells(Laplace::new).with_pair_integrals::<1>();
     let with = |pairs| {
         let solver = Solver::new(&custom).at(0.3).mean().cells(8).pairs(pairs);
+        let solver = solver.absorption(0.2).estimator(Estimator::Absorption);
         let report = solver.clone().walks(50_000).solve().unwrap();
         let deviations: Vec<f64> = report
             .goals

@@ -1,12 +1,12 @@
 //! Checks of the equation, its chain and its partition.
 
-use fredholm_core::galerkin::{Basis, Partition, TransitionMoments};
-use fredholm_core::{Kernel, Located, Real, Sampler, Source, TransitionDensity};
+use fredholm_core::galerkin::{Basis, Cells, TransitionMoments};
+use fredholm_core::{Chain, Density, Equation, Located, NoDraws, Real, Value};
 
 use super::{
     KOLMOGOROV, ROUNDING, STANDARD_ERRORS, UNITS, corners, different_cells, draws, grid, samples,
 };
-use crate::description::{Description, PointOf, StepDescription, StepPointOf, epsilon};
+use crate::description::{Description, PointOf, cell_nodes, epsilon};
 use crate::outcome::{Outcome, Sum, Worst};
 
 /// How many points a check looks at.
@@ -15,14 +15,14 @@ const POINTS: usize = 24;
 /// **Points are found in their cells**: those inside in the cell that they were made in, those on
 /// faces, edges and corners, and 10⁻⁶ of a cell beside them, in a cell that contains them.
 #[must_use]
-pub fn cells<D: StepDescription<B>, const B: usize>(description: &D, seed: u64) -> Outcome {
+pub fn cells<D: Description<B>, const B: usize>(description: &D, seed: u64) -> Outcome {
     let equation = description.equation();
     let mut worst = Worst::new("wrong cells", 0.0);
     // Points and ends of cells are stored to a few ε of the size of X.
     let edge = (64.0 * epsilon::<D, B>() * noise(description)).max(1e-3);
     for cell in different_cells(description, seed, 64) {
         for t in grid::<D, B>(&[0.0, 1e-6, 1e-3, 0.4, 0.999, 1.0 - 1e-6, 1.0]) {
-            let x = description.point(cell, &t);
+            let x = equation.point(cell, &t);
             let found = equation.locate(&x);
             let inside = t.iter().all(|t| (edge..=1.0 - edge).contains(t));
             let held = found < equation.cells() && description.contains(found, &x);
@@ -40,10 +40,7 @@ pub fn cells<D: StepDescription<B>, const B: usize>(description: &D, seed: u64) 
 
 /// **Steps are found in cells that contain them**, and lead to no others.
 #[must_use]
-pub fn sampler_points<D: StepDescription<B>, const B: usize>(
-    description: &D,
-    seed: u64,
-) -> Outcome {
+pub fn sampler_points<D: Description<B>, const B: usize>(description: &D, seed: u64) -> Outcome {
     let equation = description.equation();
     let mut uniforms = draws(seed, 3);
     let mut worst = Worst::new("wrong cells", 0.0);
@@ -72,10 +69,12 @@ pub fn sampler_points<D: StepDescription<B>, const B: usize>(
     worst.outcome()
 }
 
-/// **The density is one**: ∫ p(x,y) dμ(y) = (1 − q(x))(1 − the probability of leaving), (4), by
-/// quadrature at random x.
+/// **The density is one**: ∫ p(x,y) dμ(y) = 1 − the probability of leaving, by quadrature at random x.
 #[must_use]
-pub fn density<D: Description<B>, const B: usize>(description: &D, seed: u64) -> Outcome {
+pub fn density<D, const B: usize>(description: &D, seed: u64) -> Outcome
+where
+    D: Description<B, Equation: Density>,
+{
     let equation = description.equation();
     let mut worst = Worst::new(UNITS, ROUNDING);
     for x in samples(description, seed, POINTS) {
@@ -86,7 +85,7 @@ pub fn density<D: Description<B>, const B: usize>(description: &D, seed: u64) ->
                 sum.add(weight * equation.density(&x.point, &y).to_f64());
             }
         }
-        let expected = staying(description, &x.point);
+        let expected = 1.0 - description.leaving(&x.point);
         let unit = epsilon::<D, B>() * size;
         worst.compare(expected, sum.value(), unit, || {
             format!("the integral of p(x, .) at x = {:?}", x.point)
@@ -95,18 +94,13 @@ pub fn density<D: Description<B>, const B: usize>(description: &D, seed: u64) ->
     worst.outcome()
 }
 
-/// (1 − q(x))(1 − the probability of leaving).
-fn staying<D: Description<B>, const B: usize>(description: &D, x: &PointOf<D, B>) -> f64 {
-    (1.0 - description.equation().absorption(x).to_f64()) * (1.0 - description.leaving(x))
-}
-
 /// **The basis is orthonormal** with respect to μ/μ(X_i), and ψ_i0 = 1.
 #[must_use]
-pub fn basis<D: StepDescription<B>, const B: usize>(description: &D, seed: u64) -> Outcome {
+pub fn basis<D: Description<B>, const B: usize>(description: &D, seed: u64) -> Outcome {
     let equation = description.equation();
     let mut worst = Worst::new(UNITS, ROUNDING);
     for cell in different_cells(description, seed, POINTS) {
-        let nodes = description.cell_nodes(cell);
+        let nodes = cell_nodes(description, cell);
         let measure: Sum = nodes.iter().map(|(_, weight)| *weight).collect();
         let values: Vec<([f64; B], f64)> = nodes
             .iter()
@@ -122,12 +116,10 @@ pub fn basis<D: StepDescription<B>, const B: usize>(description: &D, seed: u64) 
         }
         for b in 0..B {
             for c in 0..B {
-                let terms = || values.iter().map(|(psi, w)| w * psi[b] * psi[c]);
-                let (low, high) = extremes(values.iter().map(|(psi, _)| psi[b] * psi[c]));
-                let sum: Sum = terms().collect();
-                let size = sum.size() + noise(description) * (high - low);
+                let terms = values.iter().map(|(psi, w)| (*w, psi[b] * psi[c]));
+                let [found, size] = integral(terms, noise(description));
                 let expected = f64::from(u8::from(b == c));
-                worst.compare(expected, sum.value(), size * epsilon::<D, B>(), || {
+                worst.compare(expected, found, size * epsilon::<D, B>(), || {
                     format!("the product of functions {b} and {c} of the basis on cell {cell}")
                 });
             }
@@ -137,13 +129,16 @@ pub fn basis<D: StepDescription<B>, const B: usize>(description: &D, seed: u64) 
 }
 
 /// **Transition moments are the moments of p**, by quadrature, accurate relative to their own size;
-/// and the masses sum to 1 − q(x).
+/// and the masses sum to 1 − the probability of leaving.
 ///
 /// A node of the rule is stored to ε of the size of X, of which a cell is one of n^(1/d) parts:
 /// that moves an integrand by n^(1/d) ε times its variation over the cell, which counts as size. So
 /// does what the description says of its points: [`Description::sensitivity`].
 #[must_use]
-pub fn moments<D: Description<B>, const B: usize>(description: &D, seed: u64) -> Outcome {
+pub fn moments<D, const B: usize>(description: &D, seed: u64) -> Outcome
+where
+    D: Description<B, Equation: Density + TransitionMoments<B>>,
+{
     let equation = description.equation();
     let mut worst = Worst::new(UNITS, ROUNDING);
     for x in samples(description, seed, POINTS) {
@@ -160,26 +155,22 @@ pub fn moments<D: Description<B>, const B: usize>(description: &D, seed: u64) ->
                     (weight, p, psi.map(Real::to_f64))
                 })
                 .collect();
-            let measure: f64 = nodes.iter().map(|(weight, ..)| weight).sum();
             let found = equation.moments(&x, j).map(|row| row.map(Real::to_f64));
             total.add(found[0][0]);
             for b in 0..B {
                 for c in 0..B {
-                    let values = || nodes.iter().map(|(w, p, psi)| (w, p * psi[b] * psi[c]));
-                    let sum: Sum = values().map(|(w, value)| w * value).collect();
-                    let (low, high) = extremes(values().map(|(_, value)| value));
+                    let terms = nodes.iter().map(|(w, p, psi)| (*w, p * psi[b] * psi[c]));
+                    let [expected, size] = integral(terms, noise(description));
                     let products = nodes.iter().map(|(_, _, psi)| (psi[b] * psi[c]).abs());
-                    let size = sum.size()
-                        + noise(description) * (high - low) * measure
-                        + sensitivity * products.fold(0.0, f64::max);
-                    let unit = size * epsilon::<D, B>();
-                    worst.compare(sum.value(), found[b][c], unit, || {
+                    let moved = sensitivity * products.fold(0.0, f64::max);
+                    let unit = (size + moved) * epsilon::<D, B>();
+                    worst.compare(expected, found[b][c], unit, || {
                         format!("moment ({b}, {c}) from {:?} to cell {j}", x.point)
                     });
                 }
             }
         }
-        let expected = staying(description, &x.point);
+        let expected = 1.0 - description.leaving(&x.point);
         let unit = epsilon::<D, B>() * total_size;
         worst.compare(expected, total.value(), unit, || {
             format!("the sum of the masses at x = {:?}", x.point)
@@ -189,20 +180,31 @@ pub fn moments<D: Description<B>, const B: usize>(description: &D, seed: u64) ->
 }
 
 /// The number of cells along an axis.
-fn noise<D: StepDescription<B>, const B: usize>(description: &D) -> f64 {
-    (description.equation().cells() as f64).powf(1.0 / D::DIMENSION as f64)
+pub(super) fn noise<D: Description<B>, const B: usize>(description: &D) -> f64 {
+    (description.equation().cells() as f64).powf(1.0 / D::Equation::DIMENSION as f64)
 }
 
-fn extremes(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
-        (low.min(value), high.max(value))
-    })
+/// An integral from weights and values, and its size: that of its terms, and `noise` times how much values vary.
+pub(super) fn integral(terms: impl Iterator<Item = (f64, f64)> + Clone, noise: f64) -> [f64; 2] {
+    let sum: Sum = terms
+        .clone()
+        .map(|(weight, value)| weight * value)
+        .collect();
+    let (mut low, mut high, mut measure) = (f64::INFINITY, f64::NEG_INFINITY, 0.0);
+    for (weight, value) in terms {
+        (low, high) = (value.min(low), value.max(high));
+        measure += weight;
+    }
+    [sum.value(), sum.size() + noise * (high - low) * measure]
 }
 
 /// **Masses are accurate relative to their own size**, against the description's own formula: in
 /// the same cell, its neighbours, and far away, inside cells and at their corners.
 #[must_use]
-pub fn masses<D: Description<B>, const B: usize>(description: &D, seed: u64) -> Option<Outcome> {
+pub fn masses<D, const B: usize>(description: &D, seed: u64) -> Option<Outcome>
+where
+    D: Description<B, Equation: TransitionMoments<B>>,
+{
     let equation = description.equation();
     let mut worst = Worst::new(UNITS, ROUNDING);
     let n = equation.cells();
@@ -215,7 +217,7 @@ pub fn masses<D: Description<B>, const B: usize>(description: &D, seed: u64) -> 
                 .collect::<Vec<_>>()
         });
     let at_corners = at_corners.map(|(cell, t)| {
-        let point = description.point(cell, &t);
+        let point = equation.point(cell, &t);
         Located {
             point,
             cell: equation.locate(&point),
@@ -243,7 +245,10 @@ pub fn masses<D: Description<B>, const B: usize>(description: &D, seed: u64) -> 
 /// root (1931), which is within 0.02 of it for k ≥ 3. `None` where there is one cell and no way
 /// out.
 #[must_use]
-pub fn sampler<D: Description<B>, const B: usize>(description: &D, seed: u64) -> Option<Outcome> {
+pub fn sampler<D, const B: usize>(description: &D, seed: u64) -> Option<Outcome>
+where
+    D: Description<B, Equation: TransitionMoments<B>>,
+{
     let equation = description.equation();
     follows(description, seed, &|x, j| {
         Some(equation.moments(x, j)[0][0].to_f64())
@@ -254,10 +259,10 @@ pub fn sampler<D: Description<B>, const B: usize>(description: &D, seed: u64) ->
 type Mass<'a, P> = dyn Fn(&Located<P>, usize) -> Option<f64> + 'a;
 
 /// χ² of steps against these masses. `None`: they are not known, or there is one cell and no way out.
-pub(super) fn follows<D: StepDescription<B>, const B: usize>(
+pub(super) fn follows<D: Description<B>, const B: usize>(
     description: &D,
     seed: u64,
-    mass: &Mass<'_, StepPointOf<D, B>>,
+    mass: &Mass<'_, PointOf<D, B>>,
 ) -> Option<Outcome> {
     const STEPS: u32 = 200_000;
     let equation = description.equation();
@@ -274,28 +279,36 @@ pub(super) fn follows<D: StepDescription<B>, const B: usize>(
             let cell = y.map_or(equation.cells(), |y| equation.locate(&y));
             counts[cell.min(equation.cells())] += 1;
         }
-        let survival = 1.0 - equation.absorption(&x.point).to_f64();
         let left = description.leaving(&x.point);
-        let masses = masses.into_iter().map(|mass| mass / survival);
-        let probabilities = masses.chain([left]);
+        let probabilities = masses.into_iter().chain([left]);
         let expected = probabilities.map(|probability| f64::from(STEPS) * probability);
-        let Some([degrees, chi, normal]) = chi_squared(expected.zip(counts)) else {
+        let Some(fit) = chi_squared(expected.zip(counts)) else {
             continue;
         };
         compared = true;
-        worst.add(degrees, chi, normal, || {
+        worst.add(fit.degrees, fit.chi, fit.normal, || {
             format!(
-                "chi^2 of {STEPS} steps from {:?}, {degrees} degrees of freedom",
-                x.point
+                "chi^2 of {STEPS} steps from {:?}, {} degrees of freedom",
+                x.point, fit.degrees
             )
         });
     }
     compared.then(|| worst.outcome())
 }
 
-/// χ² of what was counted against what is expected, as degrees of freedom, χ² and the nearest normal number, 0 where
-/// it is negative; what expects fewer than 5 is pooled with its neighbours. `None`: fewer than two classes are left.
-pub(super) fn chi_squared(pairs: impl Iterator<Item = (f64, u64)>) -> Option<[f64; 3]> {
+/// How far what was counted is from what is expected.
+pub(super) struct Fit {
+    /// Degrees of freedom.
+    pub(super) degrees: f64,
+    /// χ².
+    pub(super) chi: f64,
+    /// The nearest normal number, 0 where it is negative.
+    pub(super) normal: f64,
+}
+
+/// χ² of what was counted against what is expected; what expects fewer than 5 is pooled with its neighbours. `None`: fewer than two
+/// classes are left.
+pub(super) fn chi_squared(pairs: impl Iterator<Item = (f64, u64)>) -> Option<Fit> {
     let mut classes: Vec<(f64, f64)> = Vec::new();
     let mut pool = (0.0, 0.0);
     for (expected, count) in pairs {
@@ -317,7 +330,11 @@ pub(super) fn chi_squared(pairs: impl Iterator<Item = (f64, u64)>) -> Option<[f6
     let chi: f64 = classes.iter().map(|(e, c)| (c - e) * (c - e) / e).sum();
     let spread = 2.0 / (9.0 * degrees);
     let normal = ((chi / degrees).cbrt() - (1.0 - spread)) / spread.sqrt();
-    Some([degrees, chi, normal.max(0.0)])
+    Some(Fit {
+        degrees,
+        chi,
+        normal: normal.max(0.0),
+    })
 }
 
 /// **The sampler follows p within cells, too**: Kolmogorov and Smirnov's √N sup|F_N − F| for
@@ -355,29 +372,37 @@ pub fn distribution<D: Description<B>, const B: usize>(
 }
 
 /// **The solution solves the equation**: u(x) = ∫ K(x,y) u(y) dμ(y) + F(x) by quadrature at random
-/// x.
+/// x, in every channel.
 #[must_use]
-pub fn solution<D: Description<B>, const B: usize>(description: &D, seed: u64) -> Option<Outcome> {
+pub fn solution<D, const B: usize>(description: &D, seed: u64) -> Option<Outcome>
+where
+    D: Description<B, Equation: Density>,
+{
     let equation = description.equation();
     let mut worst = Worst::new(UNITS, ROUNDING);
     for x in samples(description, seed, POINTS) {
         let expected = description.solution(&x.point)?;
-        let (mut sum, mut moved) = (Sum::default(), 0.0);
-        sum.add(equation.source(&x.point).to_f64());
-        for j in 0..equation.cells() {
-            let mut largest = 0.0_f64;
-            for (y, weight) in description.nodes(&x.point, j) {
-                let p = equation.density(&x.point, &y).to_f64();
-                let ku = equation.kernel(&x.point, &y).to_f64() * description.solution(&y)?;
-                largest = largest.max(ku.abs());
-                sum.add(weight * p * ku);
+        let source = equation.source(&x.point, &mut NoDraws);
+        for channel in 0..equation.channels() {
+            let (mut sum, mut moved) = (Sum::default(), 0.0);
+            sum.add(source.get(channel).to_f64());
+            for j in 0..equation.cells() {
+                let mut largest = 0.0_f64;
+                for (y, weight) in description.nodes(&x.point, j) {
+                    let p = equation.density(&x.point, &y).to_f64();
+                    let k = equation.kernel(&x.point, &y).get(channel).to_f64();
+                    let ku = k * description.solution(&y)?.get(channel);
+                    largest = largest.max(ku.abs());
+                    sum.add(weight * p * ku);
+                }
+                moved += largest * description.sensitivity(&x.point, j);
             }
-            moved += largest * description.sensitivity(&x.point, j);
+            let expected = expected.get(channel);
+            let unit = epsilon::<D, B>() * (sum.size() + expected.abs() + moved);
+            worst.compare(expected, sum.value(), unit, || {
+                format!("(T_K u + F)(x) at x = {:?} in channel {channel}", x.point)
+            });
         }
-        let unit = epsilon::<D, B>() * (sum.size() + expected.abs() + moved);
-        worst.compare(expected, sum.value(), unit, || {
-            format!("(T_K u + F)(x) at x = {:?}", x.point)
-        });
     }
     Some(worst.outcome())
 }

@@ -41,10 +41,10 @@ pub use walks::{
     statistics, trace, walk_all,
 };
 
-use fredholm_core::galerkin::Partition;
+use fredholm_core::galerkin::Cells;
 use fredholm_core::{DefaultGenerator, Located, RngUniforms, Uniforms, WalkSeeds};
 
-use crate::description::{StepDescription, StepPointOf};
+use crate::description::{Description, PointOf};
 
 /// Rounding units that may lie between what a problem computes and what it should be: some five
 /// factors with an error of 2 to 4 ε each.
@@ -100,39 +100,43 @@ fn draws(seed: u64, purpose: u64) -> RngUniforms<DefaultGenerator> {
 }
 
 /// Uniform parameters in [0, 1), one for each dimension.
-fn parameters<D: StepDescription<B>, const B: usize>(
+fn parameters<D: Description<B>, const B: usize>(
     draws: &mut RngUniforms<DefaultGenerator>,
 ) -> Vec<f64> {
-    (0..D::DIMENSION).map(|_| draws.uniform()).collect()
+    (0..D::Equation::DIMENSION)
+        .map(|_| draws.uniform())
+        .collect()
 }
 
 /// Random points of random cells, the first and the last cell among them.
-fn samples<D: StepDescription<B>, const B: usize>(
+fn samples<D: Description<B>, const B: usize>(
     description: &D,
     seed: u64,
     count: usize,
-) -> Vec<Located<StepPointOf<D, B>>> {
+) -> Vec<Located<PointOf<D, B>>> {
     let mut draws = draws(seed, 1);
     let random_cells = cells_of::<D, B>(description, seed, count);
     let located = random_cells.into_iter().map(|cell| Located {
-        point: description.point(cell, &parameters::<D, B>(&mut draws)),
+        point: description
+            .equation()
+            .point(cell, &parameters::<D, B>(&mut draws)),
         cell,
     });
     located.collect()
 }
 
 /// Sixteen random points to start walks from.
-pub(crate) fn random_points<D: StepDescription<B>, const B: usize>(
+pub(crate) fn random_points<D: Description<B>, const B: usize>(
     description: &D,
     seed: u64,
-) -> Vec<StepPointOf<D, B>> {
+) -> Vec<PointOf<D, B>> {
     let located = samples(description, seed, 16).into_iter();
     located.map(|x| x.point).collect()
 }
 
 /// The first cell, the last one and random ones; all of them where there are not more than `count`,
 /// over and over.
-fn cells_of<D: StepDescription<B>, const B: usize>(
+fn cells_of<D: Description<B>, const B: usize>(
     description: &D,
     seed: u64,
     count: usize,
@@ -152,7 +156,7 @@ fn cells_of<D: StepDescription<B>, const B: usize>(
 }
 
 /// Cells as of [`cells_of`], each once: what looks at fixed points of a cell sees nothing new a second time.
-fn different_cells<D: StepDescription<B>, const B: usize>(
+fn different_cells<D: Description<B>, const B: usize>(
     description: &D,
     seed: u64,
     count: usize,
@@ -164,15 +168,15 @@ fn different_cells<D: StepDescription<B>, const B: usize>(
 }
 
 /// All corners of the parameter cube.
-fn corners<D: StepDescription<B>, const B: usize>() -> impl Iterator<Item = Vec<f64>> {
+fn corners<D: Description<B>, const B: usize>() -> impl Iterator<Item = Vec<f64>> {
     grid::<D, B>(&[0.0, 1.0])
 }
 
 /// All parameters made of these.
-fn grid<D: StepDescription<B>, const B: usize>(values: &[f64]) -> impl Iterator<Item = Vec<f64>> {
+fn grid<D: Description<B>, const B: usize>(values: &[f64]) -> impl Iterator<Item = Vec<f64>> {
     let base = values.len();
-    (0..base.pow(D::DIMENSION as u32)).map(move |number| {
+    (0..base.pow(D::Equation::DIMENSION as u32)).map(move |number| {
         let digit = |a| values[number / base.pow(a) % base];
-        (0..D::DIMENSION as u32).map(digit).collect()
+        (0..D::Equation::DIMENSION as u32).map(digit).collect()
     })
 }

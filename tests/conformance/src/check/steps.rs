@@ -1,11 +1,11 @@
 //! Checks of equations of which nothing is known but how to step: integrals over steps are means over draws.
 
-use fredholm_core::{Kernel, Located, Neighbour, Real, Sampler};
+use fredholm_core::{Chain, Equation, Located, NeighbourOf, Real, Value};
 
 use super::chain::follows;
-use super::neighbour::mean_source;
+use super::neighbour::{Mean, mean_source};
 use super::{ROUNDING, STANDARD_ERRORS, draws, samples};
-use crate::description::{StepDescription, StepPointOf, StepScalarOf, epsilon};
+use crate::description::{Description, PointOf, epsilon};
 use crate::outcome::{Outcome, Worst};
 
 /// How many points a check looks at.
@@ -18,82 +18,103 @@ const STEPS: u32 = 65_536;
 const SOURCES: u32 = 16_384;
 
 /// **The neighbour equation holds pointwise**: v(x) = (T_hp v)(x) + G(x), (50) of Heinrich 1995, at random x and in the mean
-/// over these, where T_hp v is the mean over plain steps from x and G the mean of what is drawn for it. This is what makes the
-/// estimate unbiased.
+/// over these, in every channel, where T_hp v is the mean over plain steps from x and G the mean of what is drawn for it. This is what
+/// makes the estimate unbiased.
 #[must_use]
-pub fn neighbour_equation_by_steps<D: StepDescription<B>, N, const B: usize>(
+pub fn neighbour_equation_by_steps<D, N, const B: usize>(
     description: &D,
     neighbour: &N,
     seed: u64,
 ) -> Outcome
 where
-    N: Neighbour<Scalar = StepScalarOf<D, B>, Point = StepPointOf<D, B>> + ?Sized,
+    D: Description<B>,
+    N: NeighbourOf<D::Equation> + ?Sized,
 {
+    /// Sums over points.
+    #[derive(Clone, Copy, Default)]
+    struct Sums {
+        value: f64,
+        found: f64,
+        /// The squares of standard errors.
+        squares: f64,
+        rounding: f64,
+    }
     let mut worst = Worst::new("standard errors", STANDARD_ERRORS);
-    // Of v, of T_hp v + G, of the squares of standard errors, and of rounding.
-    let mut sums = [0.0; 4];
+    let channels = description.equation().channels();
+    let mut sums = vec![Sums::default(); channels];
     let points = samples(description, seed, POINTS);
     let count = points.len() as f64;
     for (number, x) in points.into_iter().enumerate() {
-        let number = number as u64;
         let x = neighbour.locate(x.point);
-        let value = neighbour.value(&x).to_f64();
-        let source = mean_source(neighbour, &x, seed + number, SOURCES);
-        let [steps, std_error] = mean_step(description, neighbour, &x, [seed, number]);
-        let size = value.abs() + source.mean.abs() + steps.abs();
-        let rounding = ROUNDING * epsilon::<D, B>() * size;
-        let found = steps + source.mean;
-        let error = source.std_error.hypot(std_error);
-        worst.compare(value, found, error + rounding, || {
-            format!("(T_hp v + gq)(x) at x = {:?} in cell {}", x.point, x.cell)
-        });
-        let terms = [value, found, error * error, rounding];
-        sums.iter_mut()
-            .zip(terms)
-            .for_each(|(sum, term)| *sum += term);
+        let value = neighbour.value(&x);
+        let sources = mean_source(neighbour, &x, seed + number as u64, SOURCES);
+        let steps = mean_step(
+            description,
+            neighbour,
+            &x,
+            &mut draws(seed, 40 + number as u64),
+        );
+        for (channel, sums) in sums.iter_mut().enumerate() {
+            let (source, step) = (&sources[channel], &steps[channel]);
+            let value = value.get(channel).to_f64();
+            let size = value.abs() + source.mean.abs() + step.mean.abs();
+            let rounding = ROUNDING * epsilon::<D, B>() * size;
+            let found = step.mean + source.mean;
+            let error = source.std_error.hypot(step.std_error);
+            worst.compare(value, found, error + rounding, || {
+                let Located { point, cell } = &x;
+                format!("(T_hp v + G)(x) at x = {point:?} in cell {cell}, channel {channel}")
+            });
+            sums.value += value;
+            sums.found += found;
+            sums.squares += error * error;
+            sums.rounding += rounding;
+        }
     }
     // What is wrong everywhere is seen at once.
-    let [value, found, square, rounding] = sums;
-    let error = (square.sqrt() + rounding) / count;
-    worst.compare(value / count, found / count, error, || {
-        format!("T_hp v + gq in the mean over {count} points")
-    });
+    for (channel, sums) in sums.iter().enumerate() {
+        let error = (sums.squares.sqrt() + sums.rounding) / count;
+        worst.compare(sums.value / count, sums.found / count, error, || {
+            format!("T_hp v + G in the mean over {count} points, channel {channel}")
+        });
+    }
     worst.outcome()
 }
 
-/// (T_hp v)(x) as the mean of h(x,y) v(y) over steps that survive, and its standard error.
-fn mean_step<D: StepDescription<B>, N, const B: usize>(
+/// (T_hp v)(x) in every channel as the mean of h(x,y) v(y) over steps.
+fn mean_step<D, N, const B: usize>(
     description: &D,
     neighbour: &N,
-    x: &Located<StepPointOf<D, B>>,
-    [seed, number]: [u64; 2],
-) -> [f64; 2]
+    x: &Located<PointOf<D, B>>,
+    uniforms: &mut fredholm_core::RngUniforms<fredholm_core::DefaultGenerator>,
+) -> Vec<Mean>
 where
-    N: Neighbour<Scalar = StepScalarOf<D, B>, Point = StepPointOf<D, B>> + ?Sized,
+    D: Description<B>,
+    N: NeighbourOf<D::Equation> + ?Sized,
 {
     let equation = description.equation();
-    let survival = 1.0 - equation.absorption(&x.point).to_f64();
-    let mut uniforms = draws(seed, 40 + number);
-    // Welford's sums.
-    let (mut mean, mut squares) = (0.0, 0.0);
-    for n in 1..=STEPS {
-        let brought = equation.step(&x.point, &mut uniforms).map_or(0.0, |y| {
+    let mut means = vec![Mean::default(); equation.channels()];
+    let mut brought = vec![0.0; means.len()];
+    for _ in 0..STEPS {
+        brought.fill(0.0);
+        if let Some(y) = equation.step(&x.point, uniforms) {
             let y = neighbour.locate(y);
             let k = equation.kernel(&x.point, &y.point);
-            survival * (neighbour.kernel(x, &y, k) * neighbour.value(&y)).to_f64()
-        });
-        let from = brought - mean;
-        mean += from / f64::from(n);
-        squares += from * (brought - mean);
+            let hv = neighbour.kernel(x, &y, &k).times(&neighbour.value(&y));
+            for (channel, brought) in brought.iter_mut().enumerate() {
+                *brought = hv.get(channel).to_f64();
+            }
+        }
+        Mean::add_to_all(&mut means, &brought);
     }
-    let n = f64::from(STEPS);
-    [mean, (squares / (n - 1.0) / n).sqrt()]
+    means.iter_mut().for_each(Mean::finish);
+    means
 }
 
 /// **The sampler follows p** as [`sampler`](super::sampler) has it, against the masses that the description knows. `None`
 /// where it knows none.
 #[must_use]
-pub fn sampler_by_masses<D: StepDescription<B>, const B: usize>(
+pub fn sampler_by_masses<D: Description<B>, const B: usize>(
     description: &D,
     seed: u64,
 ) -> Option<Outcome> {
@@ -101,18 +122,17 @@ pub fn sampler_by_masses<D: StepDescription<B>, const B: usize>(
 }
 
 /// The largest ∫|K(x,y)|dμ(y) at these points, by a thousand steps from each.
-pub(crate) fn norm_by_steps<D: StepDescription<B>, const B: usize>(
+pub(crate) fn norm_by_steps<D: Description<B>, const B: usize>(
     description: &D,
-    points: &[StepPointOf<D, B>],
+    points: &[PointOf<D, B>],
     seed: u64,
 ) -> f64 {
     const STEPS: u32 = 1000;
     let equation = description.equation();
     let mut uniforms = draws(seed, 4);
-    let mut norm = |x: &StepPointOf<D, B>| {
-        let survival = 1.0 - equation.absorption(x).to_f64();
+    let mut norm = |x: &PointOf<D, B>| {
         let steps = (0..STEPS).filter_map(|_| equation.step(x, &mut uniforms));
-        let sizes = steps.map(|y| survival * equation.kernel(x, &y).to_f64().abs());
+        let sizes = steps.map(|y| equation.kernel(x, &y).largest().to_f64());
         sizes.sum::<f64>() / f64::from(STEPS)
     };
     points.iter().fold(0.0, |most: f64, x| most.max(norm(x)))

@@ -1,9 +1,8 @@
 //! Checks of walks and of what is kept of them.
 
-use fredholm_core::rand_core::{Rng, SeedableRng};
 use fredholm_core::{
-    Batch, Equation, Estimate, Functional, NeighbourOf, Real, StateSpace, Statistics, Task,
-    Termination, Uniforms,
+    Batch, Equation, Estimate, Functional, Job, NotFinite, Real, Start, StartOf, Statistics,
+    Termination, Terminations, Uniforms,
 };
 
 use super::{ROUNDING_OF_STATISTICS, STANDARD_ERRORS, UNITS};
@@ -11,53 +10,55 @@ use crate::outcome::{Outcome, Sum, Worst};
 
 /// (u, Φ) = the mean of u over given points: walks start in one of them, φ = 1. It serves for every
 /// problem, and (v, Φ) is exact.
-#[derive(Clone, Debug)]
-pub struct Among<P>(pub Vec<P>);
+#[derive(Clone, Copy, Debug)]
+pub struct Among<'p, P>(pub &'p [P]);
 
-impl<E: StateSpace> Functional<E> for Among<E::Point> {
-    fn start<U: Uniforms<E::Scalar>>(&self, uniforms: &mut U) -> (E::Point, E::Scalar) {
+impl<E: Equation> Functional<E> for Among<'_, E::Point> {
+    fn start<U: Uniforms<E::Scalar>>(&self, equation: &E, uniforms: &mut U) -> StartOf<E> {
         let count = E::Scalar::from_u32(self.0.len() as u32);
         let number = (uniforms.uniform() * count).to_u32() as usize;
         let one = E::Scalar::from_u32(1);
-        (self.0[number.min(self.0.len() - 1)], one)
+        Start::of(equation, self.0[number.min(self.0.len() - 1)], one)
     }
 }
 
 /// Walks of a batch, as every runner has them unless told otherwise.
 const BATCH: u64 = 4096;
 
-/// Runs the first `walks` walks of a task, in batches.
+/// Runs the first `walks` walks of the first goals of a job that share them, in batches.
 ///
 /// # Panics
 /// If a walk scores a value that is not finite.
-pub fn run<E, N, T, G>(task: &Task<'_, E, N, T, G>, walks: u64) -> Statistics
-where
-    E: Equation,
-    N: NeighbourOf<E> + ?Sized,
-    T: Functional<E>,
-    G: Rng + SeedableRng,
-{
-    run_in_batches(task, walks, BATCH)
+#[must_use]
+pub fn run(job: &dyn Job, walks: u64) -> Vec<Statistics> {
+    run_in_batches(job, walks, BATCH)
 }
 
 /// Statistics as of [`run`], with batches of this size.
 ///
 /// # Panics
 /// If a walk scores a value that is not finite.
-pub fn run_in_batches<E, N, T, G>(task: &Task<'_, E, N, T, G>, walks: u64, size: u64) -> Statistics
-where
-    E: Equation,
-    N: NeighbourOf<E> + ?Sized,
-    T: Functional<E>,
-    G: Rng + SeedableRng,
-{
-    let mut all = Statistics::default();
+#[must_use]
+pub fn run_in_batches(job: &dyn Job, walks: u64, size: u64) -> Vec<Statistics> {
+    let mut all = vec![Statistics::default(); job.shared()];
     for index in 0..walks.div_ceil(size) {
-        let mut batch = Batch::new(index, size, walks);
-        batch.run(task, u64::MAX).expect("finite scores");
-        all.merge(batch.statistics());
+        let batches = run_batch(job, Batch::new(index, size, walks)).expect("finite scores");
+        merge(&mut all, &batches);
     }
     all
+}
+
+/// All walks of a batch, of the first goals that share them.
+fn run_batch(job: &dyn Job, batch: Batch) -> Result<Vec<Batch>, NotFinite> {
+    let mut batches = vec![batch; job.shared()];
+    job.run(0, &mut batches, u64::MAX)?;
+    Ok(batches)
+}
+
+fn merge(all: &mut [Statistics], batches: &[Batch]) {
+    for (all, batch) in all.iter_mut().zip(batches) {
+        all.merge(batch.statistics());
+    }
 }
 
 /// Statistics as of [`run`], unless a walk has no end or no finite score, which would end the checks, or keep them busy for hours:
@@ -65,31 +66,22 @@ where
 ///
 /// # Errors
 /// What is wrong with which walk.
-pub fn walk_all<E, N, T, G>(task: &Task<'_, E, N, T, G>, walks: u64) -> Result<Statistics, Outcome>
-where
-    E: Equation,
-    N: NeighbourOf<E> + ?Sized,
-    T: Functional<E>,
-    G: Rng + SeedableRng,
-{
+pub fn walk_all(job: &dyn Job, walks: u64) -> Result<Vec<Statistics>, Outcome> {
     let refused = |walk: u64, ending| Outcome::refused(format!("walk {walk} ended as {ending:?}"));
-    let mut all = Statistics::default();
+    let mut all = vec![Statistics::default(); job.shared()];
     // One after the other only at first: endless walks are rarely few.
-    for walk in 0..walks.min(64) {
-        let ending = task.replay(walk).termination;
-        if matches!(ending, Termination::NotFinite | Termination::StepLimit) {
-            return Err(refused(walk, ending));
+    let alone = (0..walks.min(64)).map(|walk| (walk, Batch::new(walk, 1, walks)));
+    let together = (0..walks.div_ceil(BATCH)).map(|i| (i * BATCH, Batch::new(i, BATCH, walks)));
+    for (number, (walk, batch)) in alone.chain(together).enumerate() {
+        let batches =
+            run_batch(job, batch).map_err(|error| refused(error.walk, Termination::NotFinite))?;
+        let is_cut = |batch: &Batch| batch.statistics().terminations().step_limit > 0;
+        if batches.iter().any(is_cut) {
+            return Err(refused(walk, Termination::StepLimit));
         }
-    }
-    for index in 0..walks.div_ceil(BATCH) {
-        let mut batch = Batch::new(index, BATCH, walks);
-        if let Err(error) = batch.run(task, u64::MAX) {
-            return Err(refused(error.walk, Termination::NotFinite));
+        if number as u64 >= walks.min(64) {
+            merge(&mut all, &batches);
         }
-        if batch.statistics().terminations().step_limit > 0 {
-            return Err(refused(index * BATCH, Termination::StepLimit));
-        }
-        all.merge(batch.statistics());
     }
     Ok(all)
 }
@@ -141,76 +133,74 @@ pub fn error_bar(estimate: &Estimate, walks: u64) -> Outcome {
     worst.outcome()
 }
 
+/// A walk that is run alone, of one of the goals that share it.
+struct Alone {
+    /// η(k,f), η(h,g) − (v,Φ) and ζ.
+    scores: [f64; 3],
+    states: u64,
+    terminations: Terminations,
+}
+
+/// The first walks of a job, each alone, of the goal with this number among those that share them.
+///
+/// # Panics
+/// If a walk scores a value that is not finite.
+fn alone(job: &dyn Job, goal: usize, walks: u64) -> Vec<Alone> {
+    let one = |walk| {
+        let batches = run_batch(job, Batch::new(walk, 1, walks)).expect("finite scores");
+        let of = batches[goal].statistics();
+        Alone {
+            scores: [of.plain(), of.control(), of.preconditioned()].map(|of| of.estimate),
+            states: of.states(),
+            terminations: of.terminations(),
+        }
+    };
+    (0..walks).map(one).collect()
+}
+
 /// **Statistics are those of the walks**: `run` makes the statistics of the first `walks` walks of
-/// a task, in batches of its own, and they must be those of the same walks replayed one by one, as
+/// a job, in batches of its own, and they must be those of the same walks run one by one, as
 /// two passes over their scores give them. A merge that loses a batch is seen here, and a walk that
 /// depends on more than its number, and one that is cut off.
 #[must_use]
-pub fn statistics<E, N, T, G>(
-    task: &Task<'_, E, N, T, G>,
+pub fn statistics(
+    job: &dyn Job,
     walks: u64,
-    run: impl FnOnce(&Task<'_, E, N, T, G>, u64) -> Statistics,
-) -> Outcome
-where
-    E: Equation,
-    N: NeighbourOf<E> + ?Sized,
-    T: Functional<E>,
-    G: Rng + SeedableRng,
-{
-    let found = run(task, walks);
-    let value = task.control_mean.expect("a task with (v, Phi)");
-    let replayed: Vec<_> = (0..walks).map(|walk| task.replay(walk)).collect();
+    run: impl FnOnce(&dyn Job, u64) -> Vec<Statistics>,
+) -> Outcome {
     let mut worst = Worst::new("rounding units a walk", ROUNDING_OF_STATISTICS);
-    let mut count = |what: &str, expected: u64, found: u64| {
-        let (expected, found) = (expected as f64, found as f64);
-        worst.compare(expected, found, 0.0, || what.into());
-    };
-    let ended = |ending| replayed.iter().filter(|w| w.termination == ending).count() as u64;
-    let states = replayed.iter().map(|w| u64::from(w.states)).sum();
-    count("the number of walks", walks, found.walks());
-    count("the number of states", states, found.states());
-    count(
-        "walks that left",
-        ended(Termination::Left),
-        found.terminations().left,
-    );
-    count(
-        "walks that were absorbed",
-        ended(Termination::Absorbed),
-        found.terminations().absorbed,
-    );
-    count(
-        "walks that were cut off",
-        0,
-        found.terminations().step_limit,
-    );
-    let n = walks as f64;
-    let scores: [Vec<f64>; 3] = [
-        replayed.iter().map(|w| w.plain.to_f64()).collect(),
-        replayed
-            .iter()
-            .map(|w| w.control.to_f64() - value)
-            .collect(),
-        replayed
-            .iter()
-            .map(|w| w.plain.to_f64() - (w.control.to_f64() - value))
-            .collect(),
-    ];
-    let estimates = [found.plain(), found.control(), found.preconditioned()];
-    let names = ["eta(k,f)", "eta(h,g) - (v,Phi)", "zeta"];
-    for ((name, scores), estimate) in names.iter().zip(&scores).zip(estimates) {
-        let sum: Sum = scores.iter().copied().collect();
-        let mean = sum.value() / n;
-        let squares: Sum = scores.iter().map(|x| (x - mean) * (x - mean)).collect();
-        let deviation = (squares.value() / (n - 1.0)).sqrt();
-        let unit = f64::EPSILON * n * (sum.size() / n + deviation);
-        worst.compare(mean, estimate.estimate, unit, || {
-            format!("the mean of {name}")
-        });
-        let found = estimate.std_dev.unwrap_or(f64::NAN);
-        worst.compare(deviation, found, unit, || {
-            format!("the standard deviation of {name}")
-        });
+    for (goal, found) in run(job, walks).into_iter().enumerate() {
+        let replayed = alone(job, goal, walks);
+        let mut count = |what: &str, expected: u64, found: u64| {
+            let (expected, found) = (expected as f64, found as f64);
+            worst.compare(expected, found, 0.0, || what.into());
+        };
+        let sum = |of: fn(&Alone) -> u64| replayed.iter().map(of).sum();
+        let ends = found.terminations();
+        count("the number of walks", walks, found.walks());
+        count("the number of states", sum(|w| w.states), found.states());
+        count("walks that left", sum(|w| w.terminations.left), ends.left);
+        let absorbed = sum(|w| w.terminations.absorbed);
+        count("walks that were absorbed", absorbed, ends.absorbed);
+        count("walks that were cut off", 0, ends.step_limit);
+        let n = walks as f64;
+        let estimates = [found.plain(), found.control(), found.preconditioned()];
+        let names = ["eta(k,f)", "eta(h,g) - (v,Phi)", "zeta"];
+        for (i, (name, estimate)) in names.iter().zip(estimates).enumerate() {
+            let scores = || replayed.iter().map(|walk| walk.scores[i]);
+            let sum: Sum = scores().collect();
+            let mean = sum.value() / n;
+            let squares: Sum = scores().map(|x| (x - mean) * (x - mean)).collect();
+            let deviation = (squares.value() / (n - 1.0)).sqrt();
+            let unit = f64::EPSILON * n * (sum.size() / n + deviation);
+            worst.compare(mean, estimate.estimate, unit, || {
+                format!("the mean of {name}")
+            });
+            let found = estimate.std_dev.unwrap_or(f64::NAN);
+            worst.compare(deviation, found, unit, || {
+                format!("the standard deviation of {name}")
+            });
+        }
     }
     worst.outcome()
 }
@@ -236,10 +226,10 @@ pub fn coverage(exact: f64, estimate: impl Fn(u64) -> (f64, f64)) -> Outcome {
     worst.outcome()
 }
 
-/// The scores of the first walks of a task, to compare scalars walk by walk.
+/// The scores of the first walks of a job, to compare scalars walk by walk.
 #[derive(Clone, Debug)]
 pub struct Trace {
-    /// Which neighbour equation, and which estimator.
+    /// Which neighbour equation, and how walks end.
     pub name: String,
     /// η(k,f).
     pub plain: Vec<f64>,
@@ -249,26 +239,18 @@ pub struct Trace {
     pub floor: f64,
 }
 
-/// The scores of the first `walks` walks of a task.
+/// The scores of the first `walks` walks of a job, of its first goal.
 ///
 /// # Panics
-/// If the task has no (v, Φ).
-pub fn trace<E, N, T, G>(name: String, task: &Task<'_, E, N, T, G>, walks: u64, floor: f64) -> Trace
-where
-    E: Equation,
-    N: NeighbourOf<E> + ?Sized,
-    T: Functional<E>,
-    G: Rng + SeedableRng,
-{
-    let value = task.control_mean.expect("a task with (v, Phi)");
-    let walks: Vec<_> = (0..walks).map(|walk| task.replay(walk)).collect();
+/// If a walk scores a value that is not finite.
+#[must_use]
+pub fn trace(name: String, job: &dyn Job, walks: u64, floor: f64) -> Trace {
+    let walks = alone(job, 0, walks);
+    let scores = |i: usize| walks.iter().map(|walk| walk.scores[i]).collect();
     Trace {
         name,
-        plain: walks.iter().map(|w| w.plain.to_f64()).collect(),
-        zeta: walks
-            .iter()
-            .map(|w| w.plain.to_f64() - (w.control.to_f64() - value))
-            .collect(),
+        plain: scores(0),
+        zeta: scores(2),
         floor,
     }
 }

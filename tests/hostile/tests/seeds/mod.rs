@@ -32,10 +32,9 @@ pub(crate) const SCENES: [&[u8]; 9] = [
     b"\x04[problem]\nkind = \"scene\"\nsky = { altitudes = [0, 20, 90], sectors = [3, 1] }\n[[problem.surface]]\nname = \"a\"\nbox \
       = [[0,0,0],[1,1,2]]\n[[problem.surface]]\nname = \"b\"\npolygon = [[2,0,0],[3,0,0],[3,2,0]]\n",
 ];
-pub(crate) const TABLES: [&[u8]; 3] = [
+pub(crate) const TABLES: [&[u8]; 2] = [
     include_bytes!("../../../../runners/embedded/firmware/tables/circle_f32.bin"),
-    include_bytes!("../../../../runners/embedded/firmware/tables/product_f32.bin"),
-    include_bytes!("../../../../runners/embedded/firmware/tables/room_f64.bin"),
+    include_bytes!("../../../../runners/embedded/firmware/tables/scene_f32.bin"),
 ];
 /// Parts of files, decks and formulas, good and bad.
 pub(crate) const PIECES: [&str; 64] = [

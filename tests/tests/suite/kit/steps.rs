@@ -2,97 +2,66 @@
 
 use core::num::NonZeroU32;
 
-use fredholm_core::galerkin::Partition;
-use fredholm_core::sampled::{Sampled, SampledStep, StepControl, StepEvents};
-use fredholm_core::{Kernel, Located, Neighbour, Real, Sampler, StateSpace, Uniforms};
-use fredholm_tests::Offers;
+use fredholm_core::sampled::{NoEvents, Sampled, SampledStep, StepControl, StepEvents};
+use fredholm_core::{Channels, Equation, Real, Value};
+use fredholm_tests::{Neighbours, Offers};
 
 use super::{Broken, CELLS, Fault};
+
+/// A constant that controls steps.
+const CONSTANT: f64 = 0.6;
+
+impl<F: Real, V: Value<F>> Broken<F, V> {
+    /// The tables of this constant as control of all boxes.
+    fn integrals(&self) -> [Vec<F>; 2] {
+        let constant = F::from_f64(CONSTANT);
+        let count = CELLS * self.channels();
+        let integral = constant * self.factor(Fault::StepIntegral, 1.05);
+        [
+            [constant, F::zero()].repeat(count),
+            [integral].repeat(count),
+        ]
+    }
+}
+
+/// v in every cell and channel.
+fn controlled<'t, F>(v: &'t [F], [control, integral]: &'t [Vec<F>; 2]) -> StepControl<'t, F> {
+    StepControl {
+        v,
+        control,
+        integral,
+        per_axis: 1,
+        events: &[],
+        of_events: &[],
+    }
+}
 
 impl<F: Real> Broken<F> {
     /// Neighbour equations from steps, with a constant as control: of all boxes, and of two events of which one occurs.
     pub(super) fn offer_steps(&self, offers: &mut Offers<'_, Self>, v: &[F]) {
-        let constant = F::from_f64(0.6);
-        let control = [constant, F::zero()].repeat(CELLS);
-        let integral = [constant * self.factor(Fault::StepIntegral, 1.05)].repeat(CELLS);
-        let tables = StepControl {
-            v,
-            control: &control,
-            integral: &integral,
-            per_axis: 1,
-            events: &[],
-            of_events: &[],
-        };
-        let neighbour = Sampled::<_, _, 1, 1>::new(self, tables, NonZeroU32::MIN);
+        let integrals = self.integrals();
+        let tables = controlled(v, &integrals);
+        let neighbour = Sampled::<_, 1>::new(self, tables, NonZeroU32::MIN);
         offers.neighbour("from steps", &neighbour.expect("its tables"));
         let tables = StepControl {
             control: &[F::zero(); 2 * CELLS],
             integral: &[F::zero(); CELLS],
             events: &[0, 1].repeat(CELLS),
-            of_events: &[constant; 2 * CELLS],
+            of_events: &[F::from_f64(CONSTANT); 2 * CELLS],
             ..tables
         };
-        let of = (self, self);
-        let neighbour = Sampled::<_, _, 1, 1, _>::with_events(of, tables, NonZeroU32::MIN);
+        let neighbour = Sampled::<_, 1, 1, _>::with_events(self, self, tables, NonZeroU32::MIN);
         offers.neighbour("from steps with events", &neighbour.expect("its tables"));
-        offers.neighbour("to the light", &ToTheLight { problem: self, v });
     }
 }
 
-/// The neighbour equation of v + d with h = k, where d is what a light gives: G is drawn by a step to y, and a look from there at
-/// the light.
-struct ToTheLight<'a, F> {
-    problem: &'a Broken<F>,
-    v: &'a [F],
-}
-
-/// Numbers of which the type is not known.
-struct Drawn<'a, F>(&'a mut dyn Uniforms<F>);
-
-impl<F> Uniforms<F> for Drawn<'_, F> {
-    fn uniform(&mut self) -> F {
-        self.0.uniform()
-    }
-}
-
-/// d.
-fn light<F: Real>(x: F) -> F {
-    F::from_f64(0.3) + x * x
-}
-
-impl<F: Real> StateSpace for ToTheLight<'_, F> {
-    type Scalar = F;
-    type Point = F;
-}
-
-impl<F: Real> Neighbour for ToTheLight<'_, F> {
-    fn locate(&self, x: F) -> Located<F> {
-        Located {
-            point: x,
-            cell: self.problem.locate(&x),
-        }
-    }
-
-    fn kernel(&self, _: &Located<F>, _: &Located<F>, k: F) -> F {
-        k
-    }
-
-    fn source(&self, x: &Located<F>, draws: &mut dyn Uniforms<F>) -> F {
-        let survival = F::one() - self.problem.absorption(&x.point);
-        let seen = self
-            .problem
-            .step(&x.point, &mut Drawn(draws))
-            .map_or(F::zero(), |y| {
-                let at = self.locate(y);
-                let of_light = light(y) * self.problem.factor(Fault::LastStep, 1.05);
-                let of_v = self.value(&at) - light(y);
-                survival * self.problem.kernel(&x.point, &y) * (of_light + of_v)
-            });
-        self.value(x) - seen
-    }
-
-    fn value(&self, x: &Located<F>) -> F {
-        light(x.point) + self.v.get(x.cell).copied().unwrap_or(F::NAN)
+impl<F: Real> Neighbours for Broken<F, Channels<F, 3>> {
+    fn offers(&self, offers: &mut Offers<'_, Self>) {
+        let (integrals, v) = (self.integrals(), [1.0, 0.5, 0.8].map(F::from_f64));
+        let v = v.repeat(CELLS);
+        let tables = controlled(&v, &integrals);
+        let neighbour = Sampled::<_, 1, 1, NoEvents<Self>>::new(self, tables, NonZeroU32::MIN);
+        offers.neighbour("from steps", &neighbour.expect("its tables"));
     }
 }
 

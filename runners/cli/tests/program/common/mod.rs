@@ -1,9 +1,6 @@
 //! What the tests of the program share: a folder to work in, and a run with what came of it. Holds
 //! no test of its own.
 
-// Every file of tests uses a part of it.
-#![allow(dead_code)]
-
 use core::time::Duration;
 use std::fs;
 use std::io::Read;
@@ -50,6 +47,12 @@ over = [1.0, 4.0]
 name = "profile"
 grid = 3
 "#;
+
+/// The path of an example of the repository.
+pub(crate) fn example(name: &str) -> String {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples");
+    folder.join(name).to_str().unwrap().to_owned()
+}
 
 /// Whether `FREDHOLM_LONG` asks for all cases of a test, and not for a day's share of them.
 pub(crate) fn is_long() -> bool {

@@ -13,13 +13,13 @@ mod paint;
 
 use core::panic::PanicInfo;
 
-use cases::{Case, Runner, Start, drive};
+use cases::{Case, Runner, drive};
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m_rt::entry;
 use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
 use cortex_m_semihosting::hio::{self, HostStream};
-use fredholm_core::{Equation, NeighbourOf, RunOptions, Statistics};
+use fredholm_core::{Equation, Functional, NeighbourOf, RunOptions, Space, Statistics};
 
 #[panic_handler]
 fn panic(_: &PanicInfo<'_>) -> ! {
@@ -61,14 +61,12 @@ struct Device {
 }
 
 impl Runner for Device {
-    fn run<E: Equation + Sync, N: NeighbourOf<E> + Sync, T: Start<E>>(
-        &mut self,
-        name: &str,
-        case: Case<'_, E, N, T>,
-        _: u64,
-        options: RunOptions,
-    ) {
-        let estimator = case.estimator;
+    fn run<E, N, T>(&mut self, name: &str, case: &Case<'_, E, N, T>, options: RunOptions)
+    where
+        E: Equation<Value = <E as Space>::Scalar> + Sync,
+        N: NeighbourOf<E> + Sync,
+        T: Functional<E> + Sync,
+    {
         let top = paint::paint();
         let mut ticks = 0;
         let mut before = SYST::get_current();
@@ -82,7 +80,8 @@ impl Runner for Device {
             return;
         };
         let stack = paint::used_below(top);
-        let lines = line::line::<E::Scalar>(&mut self.out, name, estimator, &statistics);
+        let ends = case.options.absorption;
+        let lines = line::line::<E::Scalar>(&mut self.out, name, ends, &statistics);
         let per_walk = ticks / statistics.walks();
         let note = core::fmt::Write::write_fmt(
             &mut self.out,
@@ -94,10 +93,15 @@ impl Runner for Device {
 
 /// Out of line, so that its stack is below what is painted.
 #[inline(never)]
-fn run<E: Equation + Sync, N: NeighbourOf<E> + Sync, T: Start<E>>(
-    case: Case<'_, E, N, T>,
+fn run<E, N, T>(
+    case: &Case<'_, E, N, T>,
     options: RunOptions,
     count: impl FnMut(),
-) -> Option<Statistics> {
+) -> Option<Statistics>
+where
+    E: Equation<Value = <E as Space>::Scalar> + Sync,
+    N: NeighbourOf<E> + Sync,
+    T: Functional<E> + Sync,
+{
     drive(case, options, WALKS, count)
 }

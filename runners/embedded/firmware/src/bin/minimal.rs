@@ -7,15 +7,13 @@ use core::panic::PanicInfo;
 
 use cortex_m_rt::entry;
 use cortex_m_semihosting::{debug, hprintln};
-use fredholm_circle::{Cells, Circle, Harmonic};
+use fredholm_circle::{BorrowedTables, Circle, Harmonic};
 use fredholm_core::galerkin::{DiagonalRule, PairKind, Piecewise};
-use fredholm_core::{
-    At, Estimator, Form, Length, Neighbour, Real, RunOptions, Task, Tolerance, WalkSeeds,
-};
-use fredholm_embedded::{Aligned, Driver, Table};
+use fredholm_core::{At, Goal, Goals, Neighbour, Real, RunOptions, Tolerance, WalkOptions};
+use fredholm_embedded::{Aligned, Driver, Tables};
 
-/// Written by `fredholm export circle_f32.toml -o circle_f32.bin`.
-static TABLE: &Aligned<[u8]> = &Aligned(*include_bytes!("../../tables/circle_f32.bin"));
+/// Written on a workstation by a `TableBuilder`.
+static TABLES: &Aligned<[u8]> = &Aligned(*include_bytes!("../../tables/circle_f32.bin"));
 
 #[panic_handler]
 fn panic(_: &PanicInfo<'_>) -> ! {
@@ -38,8 +36,8 @@ fn main() -> ! {
 /// `None`: a table or the options were refused, or a walk was not finite; the errors say what and why.
 fn solve() -> Option<()> {
     // The light is a formula: C, D and ℓ of (57).
-    let table = Table::read(&TABLE.0, "circle").ok()?;
-    let [constant, amplitude, frequency] = *table.slice::<f64>("harmonic").ok()? else {
+    let tables = Tables::read(&TABLES.0, "circle").ok()?;
+    let [constant, amplitude, frequency] = *tables.get::<f64>("light").ok()? else {
         return None;
     };
     let frequency = frequency as u32;
@@ -50,29 +48,25 @@ fn solve() -> Option<()> {
     };
 
     // Everything is read where it lies.
-    let cells = Cells::<f32>::new(table.slice("cells").ok()?, table.slice("slots").ok()?).ok()?;
-    let circle = Circle::with_constants(cells, light, table.one("circle").ok()?).ok()?;
+    let (cells, slots) = (tables.get("cells").ok()?, tables.get("slots").ok()?);
+    let own = BorrowedTables::<f32>::new(cells, slots, tables.one("circle").ok()?).ok()?;
+    let circle = Circle::new(own, light).ok()?;
+    let system = circle.system::<1>();
     let pairs = DiagonalRule {
         diagonal: PairKind::Pointwise,
     };
-    let (v, g) = (table.slice("v").ok()?, table.slice("source").ok()?);
-    let neighbour = Piecewise::with_pointwise(&circle, &circle, pairs, v, g).ok()?;
+    let (v, g) = (tables.get("v").ok()?, tables.get("source").ok()?);
+    let neighbour =
+        Piecewise::<_, _, _, _, _, 1>::with_pointwise(&circle, &system, pairs, v, g).ok()?;
 
     let start = circle.point(0.3);
-    let task = Task {
-        equation: &circle,
-        neighbour: &neighbour,
-        functional: &At(start),
-        control_mean: Some(neighbour.value(&neighbour.locate(start)).to_f64()),
-        estimator: Estimator::Absorption,
-        form: Form::Product,
-        seeds: <WalkSeeds>::new(1, 0),
-        length: Length::default(),
-    };
+    let v0 = neighbour.value(&neighbour.locate(start)).to_f64();
+    let goals = [Goal::new(At(start), Some(v0))];
+    let job: Goals<'_, _, _, _> = Goals::new(&circle, &neighbour, &goals, WalkOptions::default());
     let mut options = RunOptions::new(100_000);
     options.batch = 256;
     options.tolerance = Some(Tolerance::Absolute(5e-3));
-    let mut driver = Driver::new(task, options).ok()?;
+    let mut driver = Driver::<_, 1>::new(&job, 0, options).ok()?;
     loop {
         // Some milliseconds of work; the main loop does the rest of its duties in between.
         let progress = driver.poll(100).ok()?;

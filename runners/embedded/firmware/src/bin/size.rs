@@ -1,4 +1,4 @@
-//! The smallest program that solves: a circle in f32 from a table in flash, one estimator, no
+//! The smallest program that solves: a circle in f32 from a table in flash, no
 //! semihosting, no formatting. `.ci/firmware` reads its sizes from the linker's map.
 //!
 //! The panic handler calls a function that does not exist: the program links only where the
@@ -11,11 +11,12 @@ use core::panic::PanicInfo;
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use cortex_m_rt::entry;
+use fredholm_circle::{BorrowedTables, GalerkinSystem, Harmonic};
 use fredholm_core::galerkin::{DiagonalRule, PairKind, Piecewise};
 use fredholm_core::{
-    At, Estimator, Form, Length, Neighbour, Real, RunOptions, Task, Tolerance, WalkSeeds,
+    At, Goal, Goals, Neighbour, NeighbourOf, Real, RunOptions, Tolerance, WalkOptions,
 };
-use fredholm_embedded::{Aligned, Driver, Table};
+use fredholm_embedded::{Aligned, Driver, Tables};
 
 unsafe extern "C" {
     /// Nowhere defined.
@@ -38,8 +39,9 @@ static ESTIMATE: AtomicU32 = AtomicU32::new(0);
 #[unsafe(no_mangle)]
 static STD_ERROR: AtomicU32 = AtomicU32::new(0);
 
-#[path = "../circle_table.rs"]
-mod circle_table;
+#[path = "../circle.rs"]
+mod circle;
+use circle::FlashCircle;
 #[cfg(feature = "report")]
 #[path = "../paint.rs"]
 mod paint;
@@ -59,31 +61,40 @@ fn main() -> ! {
     }
 }
 
+/// The neighbour equation, which follows the walks.
+// Out of line, as the circle is read: what reads tables is gone from the stack while walks use it.
 #[inline(never)]
-fn solve() -> Option<()> {
-    let table = Table::read(&TABLE.0, "circle").ok()?;
-    let circle = circle_table::circle::<f32>(&table)?;
+fn neighbour<'a>(
+    tables: &Tables<'a>,
+    circle: &'a FlashCircle<'a, f32>,
+    system: &'a GalerkinSystem<'a, BorrowedTables<'a, f32>, Harmonic>,
+) -> Option<impl NeighbourOf<FlashCircle<'a, f32>> + use<'a>> {
     let pairs = DiagonalRule {
         diagonal: PairKind::Pointwise,
     };
-    let (v, g) = (table.slice("v").ok()?, table.slice("source").ok()?);
-    let neighbour = Piecewise::with_pointwise(&circle, &circle, pairs, v, g).ok()?;
+    let (v, g) = (tables.get("v").ok()?, tables.get("source").ok()?);
+    Piecewise::<_, _, _, _, _, 1>::with_pointwise(circle, system, pairs, v, g).ok()
+}
+
+#[inline(never)]
+fn solve() -> Option<()> {
+    let tables = Tables::read(&TABLE.0, "circle").ok()?;
+    // Not by `?`: they would be on the stack twice.
+    let circle = circle::circle::<f32>(&tables);
+    let Some(circle) = &circle else { return None };
+    let system = circle.system::<1>();
+    let neighbour = neighbour(&tables, circle, &system);
+    let Some(neighbour) = &neighbour else {
+        return None;
+    };
     // s = 0.3: cos and sin of s/2 as constants, so that no trigonometry is linked.
     let x0 = circle.point_at(0.988_771_1, 0.149_438_13);
-    let start = At(x0);
-    let task = || Task {
-        equation: &circle,
-        neighbour: &neighbour,
-        functional: &start,
-        control_mean: Some(neighbour.value(&neighbour.locate(x0)).to_f64()),
-        estimator: Estimator::Absorption,
-        form: Form::Product,
-        seeds: <WalkSeeds>::new(1, 0),
-        length: Length::default(),
-    };
+    let v0 = neighbour.value(&neighbour.locate(x0)).to_f64();
+    let goals = [Goal::new(At(x0), Some(v0))];
+    let job: Goals<'_, _, _, _> = Goals::new(circle, neighbour, &goals, WalkOptions::default());
     let mut options = RunOptions::new(1_000_000);
     options.tolerance = Some(Tolerance::Absolute(1e-3));
-    let Ok(mut driver) = Driver::new(task(), options) else {
+    let Ok(mut driver) = Driver::<_, 1>::new(&job, 0, options) else {
         return None;
     };
     loop {
@@ -107,9 +118,10 @@ fn solve() -> Option<()> {
         STD_ERROR.store((error as f32).to_bits(), Ordering::Relaxed);
         #[cfg(feature = "state")]
         {
-            let bytes = driver.save().to_bytes();
-            let state = fredholm_embedded::State::from_bytes(&bytes).ok()?;
-            driver = Driver::restore(task(), options, &state).ok()?;
+            let mut bytes = [0; fredholm_embedded::State::<1>::BYTES];
+            driver.save().write(&mut bytes).ok()?;
+            let state = fredholm_embedded::State::read(&bytes).ok()?;
+            driver = Driver::restore(&job, 0, options, &state).ok()?;
         }
         if progress.stop.is_some() {
             return Some(());

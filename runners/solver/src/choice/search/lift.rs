@@ -34,7 +34,6 @@ impl Lifted<'_> {
     pub(in super::super) const fn apply(&self, settings: &mut Settings) {
         settings.lift = Some(self.degree);
         settings.pairs = None;
-        settings.exact_source = None;
     }
 }
 
@@ -50,10 +49,8 @@ pub(super) struct Lifts<'m> {
 
 impl Lifts<'_> {
     pub(super) fn new(model: &dyn Model, settings: &Settings) -> Self {
-        let is_open = settings.lift.is_none()
-            && settings.pairs.is_none()
-            && settings.exact_source.is_none()
-            && settings.walks.is_none();
+        let is_open =
+            settings.lift.is_none() && settings.pairs.is_none() && settings.walks.is_none();
         let most = if is_open { model.most_lift() } else { 0 };
         Self {
             degree: (most > 0).then_some(most),
@@ -90,9 +87,9 @@ impl<'m> Search<'m> {
         let price = self.least_price(&best);
         let all = self.lift_candidates().into_iter().filter_map(|setting| {
             let cost = self.partition(&setting).ok()?.lift_cost(degree)?;
-            let pilot = PILOT_SECONDS + cost.setup + self.lift_seconds(&cost, &setting, WALKS);
+            let pilot = PILOT_SECONDS + cost.setup + self.lift_seconds(&cost, WALKS);
             let least = MIN_BATCHES * self.settings.batch();
-            let all = cost.setup + self.lift_seconds(&cost, &setting, least);
+            let all = cost.setup + self.lift_seconds(&cost, least);
             (pilot < BEFORE * seconds && PAYS * all < price).then_some((setting, cost, pilot))
         });
         // The finest that there is time for.
@@ -111,10 +108,10 @@ impl<'m> Search<'m> {
     }
 
     /// Seconds of so many walks of every target of the sample.
-    fn lift_seconds(&self, cost: &Cost, setting: &Setting, walks: u64) -> f64 {
-        let states = 1.0 / setting.absorption;
+    fn lift_seconds(&self, cost: &Cost, walks: u64) -> f64 {
         let none = PointwisePairs::default();
-        let each = cost.walk.seconds(setting.estimator, states, none);
+        let estimator = self.settings.absorption().estimator();
+        let each = cost.walk.seconds(estimator, self.states, none);
         walks as f64 * self.sample.weights.iter().sum::<f64>() * each
     }
 
@@ -123,7 +120,7 @@ impl<'m> Search<'m> {
         let pilots = self.families.iter().flat_map(|family| &family.pilots);
         let mut all: Vec<Setting> = Vec::new();
         for setting in pilots.map(|pilot| pilot.setting) {
-            let is_plain = setting.plain || setting.exact_source || setting.pairs != Pairs::Default;
+            let is_plain = setting.plain || setting.pairs != Pairs::Default;
             if is_plain || self.lifts.tried.contains(&[setting.cells, setting.degree]) {
                 continue;
             }
@@ -136,15 +133,17 @@ impl<'m> Search<'m> {
         all
     }
 
-    fn try_lift(&mut self, of: Setting, degree: usize, cost: &Cost) -> Result<Lifted<'m>, Error> {
-        let shortest = self.absorptions.first().copied().unwrap_or(of.absorption);
-        let setting = of.with_walks((shortest, of.estimator));
-        let solved = Solved::new(&*self.partition(&setting)?, shortest)?;
+    fn try_lift(
+        &mut self,
+        setting: Setting,
+        degree: usize,
+        cost: &Cost,
+    ) -> Result<Lifted<'m>, Error> {
+        let solved = Solved::new(&*self.partition(&setting)?)?;
         let solved = Arc::new(solved.lifted(Some(degree))?);
         let settings = Settings {
             lift: Some(degree),
             pairs: None,
-            exact_source: None,
             sequence: None,
             ..setting.applied(self.settings)
         };
@@ -152,9 +151,11 @@ impl<'m> Search<'m> {
         pilot.correct(&self.known);
         self.pilots += 1;
         self.walks += pilot.walks;
-        let each = cost
-            .walk
-            .seconds(setting.estimator, pilot.states, PointwisePairs::default());
+        let each = cost.walk.seconds(
+            self.settings.absorption().estimator(),
+            pilot.states,
+            PointwisePairs::default(),
+        );
         let batch = self.settings.batch() as f64;
         let walks =
             |target: &Observed| batch * batches_of_whole_stages(target.careful_walks(1.0) / batch);
@@ -167,7 +168,6 @@ impl<'m> Search<'m> {
                 setup: cost.setup,
                 source: 0.0,
                 kept: 0.0,
-                moments: 0.0,
                 seconds_per_walk: each,
                 walking: all * each,
                 careful: all * each,

@@ -35,7 +35,7 @@ const TRUSTED: f64 = 0.5;
 /// How many times as large as that of 16 replicates a variance may be: that is uncertain by 37 %.
 const CAREFUL: f64 = 1.4;
 /// States without absorption: the first value is tried first, and the others where that pays.
-const SURVIVALS: [u32; 3] = [4, 2, 8];
+const FORCED_STEPS: [u32; 3] = [4, 2, 8];
 /// The least share of walks that must score: of rare scores, a sequence is of no use.
 const SCORED: f64 = 0.25;
 /// Seconds of a walk over those of a pseudo-random one with as many states, which may be compiled for its equation.
@@ -47,7 +47,7 @@ pub(in super::super) struct Drawn<'m> {
     pub(in super::super) prediction: Prediction,
     /// The lift that they follow, if they do.
     pub(in super::super) lifted: Option<Lifted<'m>>,
-    pub(in super::super) survivals: u32,
+    pub(in super::super) forced_steps: u32,
     /// Walks of a replicate.
     pub(in super::super) batch: u64,
 }
@@ -59,7 +59,7 @@ struct Trial<'m> {
     random: Prediction,
     /// The lift that walks follow, if they do, and what they take.
     lifted: Option<(Lifted<'m>, WalkCost)>,
-    survivals: u32,
+    forced_steps: u32,
     /// Walks of a replicate of the longest trial; 0 before there was one.
     length: u64,
     /// The number of targets that each target stands for, and the number of walks that it takes in replicates of that length.
@@ -75,7 +75,7 @@ impl Trial<'_> {
     /// Seconds of the next trial.
     fn next_seconds(&self, targets: usize) -> f64 {
         let walks = MIN_BATCHES * self.next_length() * targets as u64;
-        PILOT_SECONDS + self.random.moments + walks as f64 * self.each
+        PILOT_SECONDS + walks as f64 * self.each
     }
 
     fn next_length(&self) -> u64 {
@@ -217,7 +217,7 @@ impl<'m> Search<'m> {
             let is_known = longer.rate.is_some() && trial.rate.is_none();
             self.sequences.trials.push(longer);
             if is_known {
-                self.add_survivals(&trial);
+                self.add_forced_steps(&trial);
             }
         } else if trial.lifted.is_none() {
             self.sequences.refused.push(trial.random.setting);
@@ -233,11 +233,10 @@ impl<'m> Search<'m> {
 
     /// Seconds of a set-up before walks: of what is lifted there is one already.
     fn before_walks(&self, trial: &Trial<'_>) -> f64 {
-        let setup = match trial.lifted {
+        match trial.lifted {
             None => self.remaining_setup(&trial.random),
             Some(_) => 0.0,
-        };
-        setup + trial.random.moments
+        }
     }
 
     /// Seconds with luck.
@@ -276,28 +275,23 @@ impl<'m> Search<'m> {
 
     /// Adds all settings of pilots whose systems are solved, with the shortest walks that are safe.
     fn add_trials(&mut self) {
-        let survivals = self.settings.survivals.unwrap_or(SURVIVALS[0]);
+        let forced_steps = self.settings.forced_steps.unwrap_or(FORCED_STEPS[0]);
         let mut new: Vec<Trial<'m>> = Vec::new();
         for family in &self.families {
             for pilot in &family.pilots {
-                let of = pilot.setting;
-                let shortest = self.absorptions.first().copied().unwrap_or(of.absorption);
-                // In states without absorption both estimators score the same.
-                let given = self.settings.estimator;
-                let estimator = given.unwrap_or(Estimator::Absorption);
-                let setting = of.with_walks((shortest, estimator));
+                let setting = pilot.setting;
                 let is_new =
                     |trial: &Trial<'_>| trial.lifted.is_some() || trial.random.setting != setting;
-                let is_solved = of.plain || self.systems.of(&setting).is_some();
+                let is_solved = setting.plain || self.systems.of(&setting).is_some();
                 let trials = &self.sequences.trials;
                 if !self.refuses(&setting)
                     && is_solved
                     && !self.sequences.refused.contains(&setting)
                     && new.iter().chain(trials).all(is_new)
-                    && let Some(level) = family.level(of.cells)
+                    && let Some(level) = family.level(setting.cells)
                 {
-                    let random = family.predict(&pilot.with_walks(setting, 1.0), level);
-                    new.push(self.untried(random, None, survivals));
+                    let random = family.predict(pilot, level);
+                    new.push(self.untried(random, None, forced_steps));
                 }
             }
         }
@@ -307,17 +301,17 @@ impl<'m> Search<'m> {
     /// Adds a lift that was tried, whose walks cost so much.
     pub(super) fn add_lifted(&mut self, lifted: &Lifted<'m>, cost: WalkCost) {
         if self.sequences.may {
-            let survivals = self.settings.survivals.unwrap_or(SURVIVALS[0]);
+            let forced_steps = self.settings.forced_steps.unwrap_or(FORCED_STEPS[0]);
             let with = Some((lifted.clone(), cost));
-            let trial = self.untried(lifted.prediction, with, survivals);
+            let trial = self.untried(lifted.prediction, with, forced_steps);
             self.sequences.trials.push(trial);
         }
     }
 
     /// Adds the same setting with other numbers of states without absorption.
-    fn add_survivals(&mut self, trial: &Trial<'m>) {
-        if self.settings.survivals.is_none() && trial.survivals == SURVIVALS[0] {
-            let others = SURVIVALS.iter().skip(1);
+    fn add_forced_steps(&mut self, trial: &Trial<'m>) {
+        if self.settings.forced_steps.is_none() && trial.forced_steps == FORCED_STEPS[0] {
+            let others = FORCED_STEPS.iter().skip(1);
             let new: Vec<Trial<'m>> = others
                 .map(|&other| self.untried(trial.random, trial.lifted.clone(), other))
                 .collect();
@@ -329,22 +323,22 @@ impl<'m> Search<'m> {
         &self,
         random: Prediction,
         lifted: Option<(Lifted<'m>, WalkCost)>,
-        survivals: u32,
+        forced_steps: u32,
     ) -> Trial<'m> {
         let states = random.states / random.walks;
         let states = if states.is_finite() {
             states
         } else {
-            1.0 / random.setting.absorption
+            self.states
         };
         let mut trial = Trial {
             random,
             lifted,
-            survivals,
+            forced_steps,
             length: 0,
             targets: Vec::new(),
             rate: None,
-            states: states + f64::from(survivals),
+            states: states + f64::from(forced_steps),
             each: 0.0,
         };
         trial.each = self.sequence_seconds(&trial);
@@ -365,8 +359,8 @@ impl<'m> Search<'m> {
         let Some((walk, pairs)) = of_lift.or(of) else {
             return f64::INFINITY;
         };
-        let scores = match setting.estimator {
-            Estimator::Absorption => 1.0 + f64::from(trial.survivals),
+        let scores = match self.settings.absorption().estimator() {
+            Estimator::Absorption => 1.0 + f64::from(trial.forced_steps),
             Estimator::Collision => trial.states,
         };
         let one = walk.seconds(Estimator::Absorption, trial.states, pairs);
@@ -384,7 +378,8 @@ impl<'m> Search<'m> {
             lifted.apply(&mut settings);
         }
         settings.sequence = Some(Sequence::Sobol);
-        settings.survivals = Some(trial.survivals);
+        settings.absorption = self.of_sequences;
+        settings.forced_steps = Some(trial.forced_steps);
         settings.batch = Some(length);
         let (answer, ..) = self.walked(
             (&setting, lifted.map(|lifted| &lifted.solved)),
@@ -411,8 +406,8 @@ impl<'m> Search<'m> {
                     let missed = (found.estimate - estimate).abs() - SURE * error;
                     variance = variance.max(missed.max(0.0).powi(2) * of.walks() as f64 / MISSED);
                 }
-                let bound = self.tolerance.error(of).powi(2) - of.control_error().powi(2);
-                (weight, variance / bound.max(0.0))
+                let bound = self.tolerance.error(of).powi(2);
+                (weight, variance / bound)
             })
             .collect();
         let rate = (trial.length > 0).then(|| {
@@ -439,7 +434,7 @@ impl<'m> Search<'m> {
     fn drawn(&self, trial: &Trial<'m>) -> Drawn<'m> {
         let rate = trial.trusted_rate();
         let (batch, walks) = trial.best(&self.sequences.lengths, rate);
-        let walking = trial.random.moments + walks * trial.each;
+        let walking = walks * trial.each;
         let alone = |target: &(f64, f64)| {
             let of = Trial {
                 targets: vec![(1.0, target.1)],
@@ -459,7 +454,7 @@ impl<'m> Search<'m> {
                 ..trial.random
             },
             lifted: trial.lifted.as_ref().map(|(lifted, _)| lifted.clone()),
-            survivals: trial.survivals,
+            forced_steps: trial.forced_steps,
             batch,
         }
     }

@@ -73,26 +73,6 @@ fn rays_are_set_up_once() {
     assert!(search.seconds_of(&other, CONFIRM) > after.kept);
 }
 
-/// u is a tenth of F at the target, and takes the moments' error many times: the answer's moments took a minute where those that F
-/// alone needs were predicted to take an eighth of a second.
-#[test]
-fn moments_of_f_are_predicted_for_u() {
-    let model = CubeModel::from_fn::<2>(
-        |x, y| {
-            let factor = |i: usize| f64::cos(0.6245 * (x[i] - y[i]));
-            1.0113 * factor(0) * factor(1)
-        },
-        |x| f64::cos(7.0 * x[0]),
-    );
-    let targets = at(&[0.37, 0.37]);
-    let settings = Settings::default();
-    let tolerance = Tolerance::Absolute(4.8e-8);
-    let mut search = Search::new(&model, &targets, &settings, tolerance, &()).unwrap();
-    let is_such = |of: &Setting| of.exact_source && of.degree == 4;
-    let [before, after] = piloted(&mut search, &[FIRST], is_such);
-    assert!(after.moments > 10.0 * before.moments, "{after:?}");
-}
-
 /// Walks are made in whole stages, so that many settings take as many: the one that leaves the least variance has the smallest error then.
 #[test]
 fn of_settings_with_as_many_walks_the_one_that_leaves_least_is_taken() {

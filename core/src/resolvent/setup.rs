@@ -1,0 +1,509 @@
+//! What walks know of a solved equation: coefficients by quadrature, and how large K − K_n is where.
+
+use alloc::vec;
+use alloc::vec::Vec;
+
+use super::walk::power_of;
+use super::{CellPoint, Regular, Resolvent, ResolventTables};
+use crate::galerkin::{GalerkinError, MOST_DIMENSIONS, buffer, fill_products, reserve};
+use crate::{DefaultGenerator, Real, RngUniforms, Uniforms, WalkSeeds};
+
+/// Random points of a pair of cells by which |K − K_n| is known there, at least: with 4, or one node, the tail of scores is heavy.
+const PAIR_DRAWS: u32 = 12;
+/// Random points of all pairs together, and of all cells with themselves, at least: few cells are looked at as closely as many.
+const ALL_DRAWS: usize = 1 << 14;
+/// Random points of a cell with itself that are near to x = y, at least, and how near they are.
+const RIDGE_DRAWS: u32 = 64;
+const RIDGE_GRADING: i32 = 4;
+/// Random points of a cell by which g and r₀ are known there.
+const CELL_DRAWS: u32 = 32;
+/// The part of its largest that |g| has at least in a table of steps: where g is 0 the solution may not be.
+const LEAST_VALUE: f64 = 0.05;
+/// The probability that a step is uniform, whatever its table says.
+const UNIFORM_STEPS: f64 = 0.1;
+/// The least part of the largest importance that staying in a cell has.
+const LEAST_STAY: f64 = 1e-3;
+/// Powers of a matrix of cells by which its spectral radius is estimated.
+const POWERS: u32 = 60;
+/// Points from which one looks whether K is singular at x = y, and distances in bits at which that is done.
+const GRADING_LOOKS: usize = 33;
+const COARSE: i32 = 12;
+const FINE: i32 = 24;
+/// The exponent of |x − y| from which on K is taken to be singular there: that of a logarithm between these distances.
+const LEAST_EXPONENT: f64 = 0.05;
+/// The largest power of a uniform number: beyond it points lie nearer than rounding tells.
+const MOST_GRADING: i32 = 6;
+/// The number of goals from which on draws are those of tables.
+const LOOKS: u64 = u64::MAX - 8;
+
+/// Node of a quadrature rule on [0, 1], with its share of the whole.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AxisNode {
+    /// The place in [0, 1].
+    pub at: f64,
+    /// The weight; all sum to 1.
+    pub share: f64,
+}
+
+/// Nodes of the cube [0, 1]^d, with the functions of a cell there.
+#[derive(Debug)]
+struct CubeNodes {
+    /// d numbers of each.
+    places: Vec<f64>,
+    shares: Vec<f64>,
+    /// B numbers of each.
+    functions: Vec<f64>,
+}
+
+impl CubeNodes {
+    /// The tensor product of a rule.
+    fn new(axis: &[AxisNode], dimension: usize, functions: usize) -> Result<Self, GalerkinError> {
+        let count = axis.len().saturating_pow(dimension as u32);
+        let (mut places, mut shares) = (reserve(count.saturating_mul(dimension))?, reserve(count)?);
+        let mut all = buffer(count.saturating_mul(functions))?;
+        for (number, own) in all.chunks_exact_mut(functions.max(1)).enumerate() {
+            let (mut rest, mut share) = (number, 1.0);
+            let first = places.len();
+            for _ in 0..dimension {
+                if let Some(node) = axis.get(rest % axis.len()) {
+                    places.push(node.at);
+                    share *= node.share;
+                }
+                rest /= axis.len();
+            }
+            shares.push(share);
+            fill_products(places.get(first..).unwrap_or(&[]), own);
+        }
+        Ok(Self {
+            places,
+            shares,
+            functions: all,
+        })
+    }
+
+    /// Parameters, share and functions of every node.
+    fn iter(
+        &self,
+        dimension: usize,
+        functions: usize,
+    ) -> impl Iterator<Item = (&[f64], f64, &[f64])> {
+        let places = self.places.chunks_exact(dimension);
+        let own = self.functions.chunks_exact(functions);
+        places
+            .zip(&self.shares)
+            .zip(own)
+            .map(|((t, &share), psi)| (t, share, psi))
+    }
+}
+
+/// Coefficients of an equation by quadrature: any rule serves, and a better one leaves less to walks.
+///
+/// ```
+/// use fredholm_core::galerkin::Cells;
+/// use fredholm_core::resolvent::{AxisNode, GalerkinRows, Regular};
+/// use fredholm_core::{Located, Space};
+/// # struct Unit;
+/// # impl Space for Unit { type Scalar = f64; type Point = f64; }
+/// # impl Cells for Unit {
+/// #     const DIMENSION: usize = 1;
+/// #     fn cells(&self) -> usize { 1 }
+/// #     fn locate(&self, _: &f64) -> usize { 0 }
+/// #     fn measure(&self, _: usize) -> f64 { 1.0 }
+/// #     fn point(&self, _: usize, t: &[f64]) -> f64 { t[0] }
+/// #     fn parameters(&self, x: &Located<f64>, t: &mut [f64]) { t[0] = x.point }
+/// #     fn at(&self, x: &[f64]) -> Option<f64> { x.first().copied() }
+/// # }
+/// # impl Regular for Unit {
+/// #     fn kernel(&self, x: &f64, y: &f64) -> f64 { x * y }
+/// #     fn source(&self, x: &f64) -> f64 { *x }
+/// # }
+///
+/// // K(x, y) = x y on [0, 1] as one cell: its mean is 1/4, that of F = x is 1/2.
+/// let middle = [AxisNode { at: 0.5, share: 1.0 }];
+/// let rows = GalerkinRows::new(&Unit, 1, [&middle, &middle])?;
+/// let mut row = [0.0];
+/// assert!(rows.fill(0, &mut row));
+/// assert_eq!((row, rows.source(0)), ([0.25], vec![0.5]));
+/// # Ok::<(), fredholm_core::galerkin::GalerkinError>(())
+/// ```
+#[derive(Debug)]
+pub struct GalerkinRows<'a, E: Regular> {
+    equation: &'a E,
+    functions: usize,
+    left: CubeNodes,
+    right: CubeNodes,
+    /// The rule on the right.
+    axis: Vec<AxisNode>,
+    /// The points of all cells by the rule on the right.
+    points: Vec<E::Point>,
+    grading: i32,
+}
+
+impl<'a, E: Regular> GalerkinRows<'a, E> {
+    /// The coefficients of so many functions on a cell by the rule of x and that of y on every axis. Rules without a common node
+    /// meet no singularity at x = y.
+    ///
+    /// # Errors
+    /// [`GalerkinError::Memory`].
+    pub fn new(
+        equation: &'a E,
+        functions: usize,
+        [left, axis]: [&[AxisNode]; 2],
+    ) -> Result<Self, GalerkinError> {
+        let right = CubeNodes::new(axis, E::DIMENSION, functions)?;
+        let mut points = reserve(equation.cells().saturating_mul(right.shares.len()))?;
+        for cell in 0..equation.cells() {
+            let places = right.places.chunks_exact(E::DIMENSION);
+            points.extend(places.map(|t| equation.point(cell, t)));
+        }
+        Ok(Self {
+            equation,
+            functions,
+            left: CubeNodes::new(left, E::DIMENSION, functions)?,
+            right,
+            axis: axis.to_vec(),
+            points,
+            grading: 1,
+        })
+    }
+
+    /// These coefficients with nodes within a cell that draw near to x ([`grading`]).
+    #[must_use]
+    pub const fn with_grading(mut self, grading: i32) -> Self {
+        self.grading = grading;
+        self
+    }
+
+    /// Fills ∫ K(x, y) ψ_b(y) over the cell of x by a rule that is graded towards x on every axis; whether all values were finite.
+    fn near(&self, x: &E::Point, at: &[f64], cell: usize, integrals: &mut [f64]) -> bool {
+        let sides = 2 * self.axis.len();
+        let count = sides.saturating_pow(E::DIMENSION as u32);
+        let mut functions = vec![0.0; self.functions];
+        let mut is_finite = true;
+        for number in 0..count {
+            let (mut rest, mut share) = (number, 1.0);
+            let mut t = [0.0; MOST_DIMENSIONS];
+            let own = t.get_mut(..E::DIMENSION).unwrap_or(&mut []);
+            for (t, at) in own.iter_mut().zip(at) {
+                let Some(node) = self.axis.get(rest % sides / 2) else {
+                    continue;
+                };
+                let (length, from) = match rest % 2 {
+                    0 => (*at, -1.0),
+                    _ => (1.0 - at, 1.0),
+                };
+                let near = power_of(node.at, self.grading - 1);
+                *t = at + from * length * near * node.at;
+                share *= length * node.share * f64::from(self.grading) * near;
+                rest /= sides;
+            }
+            fill_products(own, &mut functions);
+            let y = self.equation.point(cell, own);
+            let value = share * self.equation.kernel(x, &y).to_f64();
+            is_finite &= value.is_finite();
+            for (integral, psi) in integrals.iter_mut().zip(&functions) {
+                *integral += value * psi;
+            }
+        }
+        is_finite
+    }
+
+    /// Fills the B rows of K' of a cell, N numbers each; whether all values of the kernel were finite.
+    pub fn fill(&self, cell: usize, rows: &mut [f64]) -> bool {
+        let (functions, dimension) = (self.functions, E::DIMENSION);
+        let width = self.equation.cells() * functions;
+        let nodes = self.right.shares.len();
+        let mut integrals = vec![0.0; functions];
+        let mut is_finite = true;
+        rows.fill(0.0);
+        for (t, share, psi) in self.left.iter(dimension, functions) {
+            let x = self.equation.point(cell, t);
+            for (into, points) in self.points.chunks_exact(nodes).enumerate() {
+                integrals.fill(0.0);
+                let is_near = self.grading > 1 && into == cell;
+                if is_near {
+                    is_finite &= self.near(&x, t, cell, &mut integrals);
+                }
+                let far = if is_near { &[][..] } else { points };
+                let own = far.iter().zip(self.right.iter(dimension, functions));
+                for (y, (_, share, psi)) in own {
+                    let value = share * self.equation.kernel(&x, y).to_f64();
+                    is_finite &= value.is_finite();
+                    for (integral, psi) in integrals.iter_mut().zip(psi) {
+                        *integral += value * psi;
+                    }
+                }
+                let scale = share * self.equation.measure(into);
+                for (row, psi) in rows.chunks_exact_mut(width).zip(psi) {
+                    let own = row.iter_mut().skip(into * functions);
+                    for (entry, integral) in own.zip(&integrals) {
+                        *entry += scale * psi * integral;
+                    }
+                }
+            }
+        }
+        is_finite
+    }
+
+    /// F' of a cell: the means of F times each function.
+    pub fn source(&self, cell: usize) -> Vec<f64> {
+        self.means(cell, &|x| self.equation.source(x).to_f64())
+    }
+
+    /// The means over a cell of a function times each function on it.
+    pub fn means(&self, cell: usize, function: &dyn Fn(&E::Point) -> f64) -> Vec<f64> {
+        let mut means = vec![0.0; self.functions];
+        for (t, share, psi) in self.right.iter(E::DIMENSION, self.functions) {
+            let value = share * function(&self.equation.point(cell, t));
+            for (mean, psi) in means.iter_mut().zip(psi) {
+                *mean += value * psi;
+            }
+        }
+        means
+    }
+}
+
+/// The exponent a with which K grows like |x − y|^−a towards x = y, as some points tell; 0 where it does not grow. That of a logarithm is
+/// about 0.1.
+pub fn singularity<E: Regular>(equation: &E) -> f64 {
+    let seeds = WalkSeeds::<DefaultGenerator>::new(0, LOOKS + 2);
+    let mut draws: RngUniforms<DefaultGenerator> = RngUniforms(seeds.generator(0));
+    let mut exponents = [0.0; GRADING_LOOKS];
+    for (number, exponent) in exponents.iter_mut().enumerate() {
+        let cell = number * equation.cells() / GRADING_LOOKS;
+        let mut t = [0.0; MOST_DIMENSIONS];
+        let own = t.get_mut(..E::DIMENSION).unwrap_or(&mut []);
+        own.iter_mut().for_each(|t| *t = draws.uniform());
+        let x = equation.point(cell, own);
+        let size = |bits: i32| {
+            let mut t = t;
+            let own = t.get_mut(..E::DIMENSION).unwrap_or(&mut []);
+            for t in own.iter_mut() {
+                // Towards the middle.
+                let distance = power_of(0.5, bits);
+                *t += if *t < 0.5 { distance } else { -distance };
+            }
+            let y = equation.point(cell, own);
+            equation.kernel(&x, &y).to_f64().abs()
+        };
+        let slope = Real::ln(size(FINE) / size(COARSE)) / core::f64::consts::LN_2;
+        *exponent = slope / f64::from(FINE - COARSE);
+        if !exponent.is_finite() {
+            *exponent = 0.0;
+        }
+    }
+    exponents.sort_unstable_by(f64::total_cmp);
+    let median = exponents.get(GRADING_LOOKS / 2).copied().unwrap_or(0.0);
+    if median > LEAST_EXPONENT { median } else { 0.0 }
+}
+
+/// How points of a step within a cell draw near to its start ([`ResolventTables::grading`]): such that K times the share of a point is
+/// bounded where K grows like |x − y|^−a. 1: they are uniform.
+#[must_use]
+pub fn grading(exponent: f64, dimension: usize) -> i32 {
+    if !(exponent > 0.0) {
+        return 1;
+    }
+    let share = 1.0 - exponent / dimension as f64;
+    match share > 0.0 {
+        true => (1.0 / share + 1.0).min(f64::from(MOST_GRADING)) as i32,
+        false => MOST_GRADING,
+    }
+}
+
+/// How large K − K_n, g and r₀ are on cells, and the tables by which walks go on.
+#[derive(Clone, Debug, Default)]
+pub struct ResolventLooks {
+    /// The root mean square of D over every pair of cells, n × n numbers.
+    pub differences: Vec<f64>,
+    /// The root mean square of g over every cell.
+    pub values: Vec<f64>,
+    /// The root mean square of r₀ over every cell.
+    pub rests: Vec<f64>,
+    /// [`ResolventTables::steps`].
+    pub steps: Vec<f64>,
+    /// [`ResolventTables::stays`].
+    pub stays: Vec<f64>,
+    /// [`ResolventTables::jumps`].
+    pub jumps: Vec<f64>,
+    /// The spectral radius of (1 + |R_n|)|D| by root mean squares over pairs of cells: below 1 walks have a mean.
+    pub radius: f64,
+}
+
+impl<E: Regular> Resolvent<'_, E> {
+    /// Fills the root mean squares of D over the pairs of a cell with all others, from draws of its own.
+    pub fn look_at_pairs(&self, cell: usize, row: &mut [f64]) {
+        let seeds = WalkSeeds::<DefaultGenerator>::new(0, LOOKS);
+        let mut draws = RngUniforms(seeds.generator(cell as u64));
+        let cells = row.len();
+        let count = PAIR_DRAWS.max((ALL_DRAWS / (cells * cells).max(1)) as u32);
+        let near = RIDGE_DRAWS.max((ALL_DRAWS / cells.max(1)) as u32);
+        for (into, out) in row.iter_mut().enumerate() {
+            let mut sum = 0.0;
+            for _ in 0..count {
+                let x = self.drawn(cell, &mut draws);
+                let (y, share) = self.draw_from(&x, into, &mut draws);
+                let difference = share * self.difference(&x, &y);
+                sum += difference * difference;
+            }
+            *out = Real::sqrt(sum / f64::from(count));
+            if into == cell && self.tables.grading == 1 {
+                *out = out.max(self.ridge(cell, near, &mut draws));
+            }
+        }
+    }
+
+    /// The root mean square of D over the pair of a cell with itself, from draws that are dense near x = y: a narrow ridge there is what
+    /// kernels have most, and few uniform points meet it.
+    fn ridge(&self, cell: usize, count: u32, draws: &mut RngUniforms<DefaultGenerator>) -> f64 {
+        let squares = (0..count).map(|_| {
+            let x = self.drawn(cell, draws);
+            let (y, share) = self.draw_near(&x, RIDGE_GRADING, draws);
+            let difference = self.difference(&x, &y);
+            share * difference * difference
+        });
+        Real::sqrt(squares.sum::<f64>() / f64::from(count))
+    }
+
+    fn drawn(&self, cell: usize, draws: &mut RngUniforms<DefaultGenerator>) -> CellPoint<E::Point> {
+        let mut t = [0.0; MOST_DIMENSIONS];
+        let own = t.get_mut(..E::DIMENSION).unwrap_or(&mut []);
+        own.iter_mut().for_each(|t| *t = draws.uniform());
+        self.at(cell, own)
+    }
+
+    /// The root mean square of a function over a cell, from draws of the cell's own.
+    pub fn root_mean_square(&self, cell: usize, of: &dyn Fn(&CellPoint<E::Point>) -> f64) -> f64 {
+        let seeds = WalkSeeds::<DefaultGenerator>::new(0, LOOKS + 1);
+        let mut draws = RngUniforms(seeds.generator(cell as u64));
+        let squares = (0..CELL_DRAWS).map(|_| {
+            let value = of(&self.drawn(cell, &mut draws));
+            value * value
+        });
+        Real::sqrt(squares.sum::<f64>() / f64::from(CELL_DRAWS))
+    }
+
+    /// The looks, and tables of walks that follow from them, with what [`look_at_pairs`](Self::look_at_pairs) has found.
+    ///
+    /// # Errors
+    /// [`GalerkinError::Memory`].
+    pub fn looks(&self, differences: Vec<f64>) -> Result<ResolventLooks, GalerkinError> {
+        let measures = self.tables.measures;
+        let cells = measures.len();
+        let (mut values, mut rests) = (buffer(cells)?, buffer(cells)?);
+        for (cell, (value, rest)) in values.iter_mut().zip(&mut rests).enumerate() {
+            *value = self.root_mean_square(cell, &|x| self.value(x));
+            *rest = self.root_mean_square(cell, &|x| self.rest_of_source(x));
+        }
+        let largest = values.iter().copied().fold(0.0, f64::max);
+        let sizes = norms(&self.tables)?;
+        let (mut steps, mut stays) = (buffer(cells * cells)?, buffer(cells)?);
+        let all: f64 = measures.iter().sum();
+        for ((row, stay), own) in steps
+            .chunks_exact_mut(cells)
+            .zip(&mut stays)
+            .zip(differences.chunks_exact(cells))
+        {
+            let leads = row.iter_mut().zip(own).zip(values.iter().zip(measures));
+            for ((to, difference), (value, measure)) in leads {
+                *to = difference * (value + LEAST_VALUE * largest) * measure;
+                *stay += *to;
+            }
+            let mut up_to = 0.0;
+            for (to, measure) in row.iter_mut().zip(measures) {
+                let uniform = measure / all;
+                up_to += match *stay > 0.0 {
+                    true => (1.0 - UNIFORM_STEPS) * *to / *stay + UNIFORM_STEPS * uniform,
+                    false => uniform,
+                };
+                *to = up_to;
+            }
+        }
+        let most = stays.iter().copied().fold(0.0, f64::max);
+        stays
+            .iter_mut()
+            .for_each(|stay: &mut f64| *stay = stay.max(LEAST_STAY * most));
+        let mut jumps = buffer(cells * cells)?;
+        let rows = jumps.chunks_exact_mut(cells).zip(sizes.chunks_exact(cells));
+        for ((row, sizes), from) in rows.zip(measures) {
+            let mut up_to = 0.0;
+            for (((to, size), stay), measure) in row.iter_mut().zip(sizes).zip(&stays).zip(measures)
+            {
+                up_to += size * Real::sqrt(measure / from) * stay;
+                *to = up_to;
+            }
+        }
+        Ok(ResolventLooks {
+            radius: radius(&differences, &sizes, measures)?,
+            differences,
+            values,
+            rests,
+            steps,
+            stays,
+            jumps,
+        })
+    }
+}
+
+impl ResolventLooks {
+    /// The importance of a step of the pair of these cells: the root mean square of D g over it, times the measure of the second.
+    #[must_use]
+    pub fn importance(&self, from: usize, into: usize, measures: &[f64]) -> f64 {
+        let cells = self.values.len();
+        let largest = self.values.iter().copied().fold(0.0, f64::max);
+        let of = |table: &[f64], place: usize| table.get(place).copied().unwrap_or(f64::NAN);
+        let value = of(&self.values, into) + LEAST_VALUE * largest;
+        of(&self.differences, from * cells + into) * value * of(measures, into)
+    }
+}
+
+/// ‖R_ij‖ = √(μ_i μ_j) |R̂_ij| of every pair of cells, by Frobenius' norm.
+fn norms(tables: &ResolventTables<'_>) -> Result<Vec<f64>, GalerkinError> {
+    let (cells, functions) = (tables.measures.len(), tables.functions);
+    let mut squares = buffer(cells * cells)?;
+    let rows = tables.resolvent.chunks_exact((cells * functions).max(1));
+    for (row, numbers) in rows.enumerate() {
+        let own = squares.iter_mut().skip(row / functions * cells);
+        for (square, block) in own.zip(numbers.chunks_exact(functions)) {
+            *square += block.iter().map(|r| r * r).sum::<f64>();
+        }
+    }
+    let rows = squares.chunks_exact_mut(cells).zip(tables.measures);
+    for (row, from) in rows {
+        for (square, into) in row.iter_mut().zip(tables.measures) {
+            let square: &mut f64 = square;
+            *square = Real::sqrt(*square * from * into);
+        }
+    }
+    Ok(squares)
+}
+
+/// The spectral radius of (1 + |R|)|D| by powers.
+fn radius(differences: &[f64], sizes: &[f64], measures: &[f64]) -> Result<f64, GalerkinError> {
+    let cells = measures.len();
+    let (mut w, mut image) = (buffer(cells)?, buffer(cells)?);
+    w.fill(1.0);
+    let mut radius = 0.0;
+    for _ in 0..POWERS {
+        let rows = image
+            .iter_mut()
+            .zip(differences.chunks_exact(cells))
+            .zip(measures);
+        for ((out, row), from) in rows {
+            let terms = row.iter().zip(measures).zip(&w);
+            let sum: f64 = terms
+                .map(|((d, into), w)| d * Real::sqrt(from * into) * w)
+                .sum();
+            *out = sum;
+        }
+        for ((out, own), row) in w.iter_mut().zip(&image).zip(sizes.chunks_exact(cells)) {
+            *out = own + row.iter().zip(&image).map(|(r, d)| r * d).sum::<f64>();
+        }
+        radius = Real::sqrt(w.iter().map(|w| w * w).sum::<f64>());
+        if !(radius > 0.0) {
+            break;
+        }
+        w.iter_mut().for_each(|w| *w /= radius);
+    }
+    Ok(radius)
+}

@@ -1,0 +1,399 @@
+//! The walk: what a point of a stratum scores.
+
+use super::{MOST_FUNCTIONS, Regular};
+use crate::galerkin::{MOST_DIMENSIONS, fill_products};
+use crate::{Real, Uniforms};
+
+/// The most steps of a walk: where the estimate has a mean one of so many has never been met.
+const MOST_STEPS: u32 = 1 << 20;
+
+/// The numbers of a solved equation, wherever they lie: n cells with B functions on each, N = nB.
+#[derive(Clone, Copy, Debug)]
+pub struct ResolventTables<'a> {
+    /// B.
+    pub functions: usize,
+    /// μ(X_i).
+    pub measures: &'a [f64],
+    /// Â = K' M⁻¹, N × N numbers row by row.
+    pub kernel: &'a [f64],
+    /// R̂ = R' M⁻¹, N × N numbers.
+    pub resolvent: &'a [f64],
+    /// F', N numbers.
+    pub source: &'a [f64],
+    /// R' F', N numbers.
+    pub correction: &'a [f64],
+    /// For every cell of a step the probabilities of the cells into which it leads, each with all before it: n × n numbers.
+    pub steps: &'a [f64],
+    /// The importance ρ_j of staying in a cell.
+    pub stays: &'a [f64],
+    /// For every cell the importances of the cells to which the resolvent leads, each with all before it: n × n numbers.
+    pub jumps: &'a [f64],
+    /// How points of a step within a cell draw near to its start where K is singular at x = y: their distance is a uniform number
+    /// to this power. 1: they are uniform in the cell.
+    pub grading: i32,
+}
+
+/// Point of a known cell, and the functions there.
+#[derive(Clone, Copy, Debug)]
+pub struct CellPoint<P> {
+    /// The point.
+    pub point: P,
+    /// The number of its cell.
+    pub cell: usize,
+    /// The parameters of the point in its cell, and zeros.
+    pub parameters: [f64; MOST_DIMENSIONS],
+    /// ψ_0 … ψ_(B−1) in the point, and zeros.
+    pub functions: [f64; MOST_FUNCTIONS],
+}
+
+/// Part of the integrals of one or of all targets.
+#[derive(Clone, Copy, Debug)]
+pub enum Stratum<'a, P> {
+    /// ∫∫ ψ_a(z) D(z, y) u(y) over a pair of cells, for every function of the first.
+    Pair {
+        /// The cell of z.
+        from: usize,
+        /// The cell of y.
+        into: usize,
+        /// The size of the coefficients of cell `from`, with which roulette is played.
+        size: f64,
+    },
+    /// ∫ ψ_a(z) r₀(z) over a cell, for every function.
+    Source {
+        /// The cell.
+        cell: usize,
+    },
+    /// ∫ D(x, y) u(y) over a cell, from a point.
+    FromPoint {
+        /// The point x.
+        point: &'a CellPoint<P>,
+        /// The cell of y.
+        into: usize,
+    },
+    /// ∫ (Φ(x) − ψ(x)ᵀΦ̂) u(x) over a cell.
+    Rest {
+        /// What polynomials leave of Φ.
+        density: RestDensity<'a, P>,
+        /// The cell.
+        cell: usize,
+    },
+}
+
+/// What polynomials leave of a functional, as a density with respect to μ.
+#[derive(Clone, Copy)]
+pub struct RestDensity<'a, P>(pub &'a (dyn Fn(&CellPoint<P>) -> f64 + Sync));
+
+impl<P> core::fmt::Debug for RestDensity<'_, P> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("RestDensity").finish_non_exhaustive()
+    }
+}
+
+/// How a walk that goes on from a point of a stratum ends.
+#[derive(Clone, Copy, Debug)]
+pub struct Ending {
+    /// The share of all samples that this stratum has.
+    pub share: f64,
+    /// τ, the standard deviation of a score that walks which go on may add.
+    pub scale: f64,
+}
+
+/// What a walk met besides its score.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Trace {
+    /// |D(z, y)| of the first step.
+    pub difference: f64,
+    /// The number of steps beyond the first.
+    pub steps: u64,
+}
+
+/// Solved equation whose walks know the resolvent of a neighbour equation.
+#[derive(Clone, Copy, Debug)]
+pub struct Resolvent<'a, E> {
+    /// The equation.
+    pub equation: &'a E,
+    /// The numbers of the solved equation.
+    pub tables: ResolventTables<'a>,
+}
+
+/// ψᵀ c over the functions of a point.
+#[inline]
+fn dot(functions: &[f64; MOST_FUNCTIONS], own: &[f64]) -> f64 {
+    own.iter().zip(functions).map(|(c, psi)| c * psi).sum()
+}
+
+impl<E: Regular> Resolvent<'_, E> {
+    /// The point of a cell at these parameters.
+    #[inline]
+    pub fn at(&self, cell: usize, t: &[f64]) -> CellPoint<E::Point> {
+        self.located(cell, self.equation.point(cell, t), t)
+    }
+
+    /// A point of a cell that has these parameters.
+    #[inline]
+    pub fn located(&self, cell: usize, point: E::Point, t: &[f64]) -> CellPoint<E::Point> {
+        let mut functions = [0.0; MOST_FUNCTIONS];
+        if self.tables.functions == 1 {
+            functions[0] = 1.0;
+        } else if let Some(own) = functions.get_mut(..self.tables.functions) {
+            fill_products(t, own);
+        }
+        let mut parameters = [0.0; MOST_DIMENSIONS];
+        parameters.iter_mut().zip(t).for_each(|(to, t)| *to = *t);
+        CellPoint {
+            point,
+            cell,
+            parameters,
+            functions,
+        }
+    }
+
+    /// Σ_a c_ia ψ_ia in a point.
+    #[inline]
+    pub fn series(&self, coefficients: &[f64], x: &CellPoint<E::Point>) -> f64 {
+        let own = coefficients.chunks_exact(self.tables.functions).nth(x.cell);
+        dot(&x.functions, own.unwrap_or(&[]))
+    }
+
+    /// ψ(x)ᵀ T ψ(y) of a table of N × N numbers.
+    #[inline]
+    fn form(&self, table: &[f64], x: &CellPoint<E::Point>, y: &CellPoint<E::Point>) -> f64 {
+        let functions = self.tables.functions;
+        let width = self.tables.source.len();
+        let rows = table.get(x.cell * functions * width..).unwrap_or(&[]);
+        let rows = rows.chunks_exact(width).zip(&x.functions).take(functions);
+        let from = y.cell * functions;
+        let terms = rows.map(|(row, psi)| {
+            let own = row.get(from..from + functions).unwrap_or(&[]);
+            psi * dot(&y.functions, own)
+        });
+        terms.sum()
+    }
+
+    /// D = K − K_n.
+    #[inline]
+    pub fn difference(&self, x: &CellPoint<E::Point>, y: &CellPoint<E::Point>) -> f64 {
+        let k = self.equation.kernel(&x.point, &y.point).to_f64();
+        k - self.form(self.tables.kernel, x, y)
+    }
+
+    /// g = F + ψᵀ R' F'.
+    #[inline]
+    pub fn value(&self, x: &CellPoint<E::Point>) -> f64 {
+        let source = self.equation.source(&x.point).to_f64();
+        source + self.series(self.tables.correction, x)
+    }
+
+    /// r₀ = F − ψᵀ F'.
+    #[inline]
+    pub fn rest_of_source(&self, x: &CellPoint<E::Point>) -> f64 {
+        let source = self.equation.source(&x.point).to_f64();
+        source - self.series(self.tables.source, x)
+    }
+
+    fn measure(&self, cell: usize) -> f64 {
+        self.tables.measures.get(cell).copied().unwrap_or(f64::NAN)
+    }
+
+    /// Adds a factor times the score of one point of a stratum, whose coordinates are drawn first: the mean over the stratum is
+    /// the integral. `scores` has a number for every function of the first cell, or one.
+    #[inline]
+    pub fn score<U: Uniforms<f64>>(
+        &self,
+        stratum: &Stratum<'_, E::Point>,
+        (ending, factor): (&Ending, f64),
+        draws: &mut U,
+        scores: &mut [f64],
+    ) -> Trace {
+        let mut trace = Trace::default();
+        let one = |score: f64, scores: &mut [f64]| {
+            scores
+                .iter_mut()
+                .take(1)
+                .for_each(|to| *to += factor * score);
+        };
+        match *stratum {
+            Stratum::Source { cell } => {
+                let z = self.draw(cell, draws);
+                let score = factor * self.measure(cell) * self.rest_of_source(&z);
+                for (to, psi) in scores.iter_mut().zip(&z.functions) {
+                    *to += score * psi;
+                }
+            }
+            Stratum::Rest { density, cell } => {
+                let x = self.draw(cell, draws);
+                let weight = self.measure(cell) * density.0(&x);
+                let value = weight * self.value(&x);
+                one(
+                    value + self.go_on(weight, x, ending, draws, &mut trace.steps),
+                    scores,
+                );
+            }
+            Stratum::FromPoint { point, into } => {
+                let score = self.step(1.0, point, into, ending, draws, &mut trace);
+                one(score, scores);
+            }
+            Stratum::Pair { from, into, size } => {
+                let z = self.draw(from, draws);
+                let weight = size * self.measure(from);
+                let score = self.step(weight, &z, into, ending, draws, &mut trace);
+                let score = factor * score / size;
+                for (to, psi) in scores.iter_mut().zip(&z.functions) {
+                    *to += score * psi;
+                }
+            }
+        }
+        trace
+    }
+
+    /// An estimate of W (T_D u)(z) over a cell.
+    #[inline]
+    fn step<U: Uniforms<f64>>(
+        &self,
+        weight: f64,
+        z: &CellPoint<E::Point>,
+        into: usize,
+        ending: &Ending,
+        draws: &mut U,
+        trace: &mut Trace,
+    ) -> f64 {
+        let (y, share) = self.draw_from(z, into, draws);
+        let difference = self.difference(z, &y);
+        trace.difference = difference.abs() * share;
+        let weight = weight * self.measure(into) * share * difference;
+        let value = weight * self.value(&y);
+        value + self.go_on(weight, y, ending, draws, &mut trace.steps)
+    }
+
+    /// A uniform point of a cell.
+    #[inline]
+    fn draw<U: Uniforms<f64>>(&self, cell: usize, draws: &mut U) -> CellPoint<E::Point> {
+        let mut t = [0.0; MOST_DIMENSIONS];
+        let own = t.get_mut(..E::DIMENSION).unwrap_or(&mut []);
+        for t in own.iter_mut() {
+            *t = draws.uniform();
+        }
+        self.at(cell, own)
+    }
+
+    /// A point of a cell to which a step leads from z, and the share of the cell that it stands for over that of a uniform one.
+    #[inline]
+    pub(super) fn draw_from<U: Uniforms<f64>>(
+        &self,
+        z: &CellPoint<E::Point>,
+        into: usize,
+        draws: &mut U,
+    ) -> (CellPoint<E::Point>, f64) {
+        if self.tables.grading <= 1 || z.cell != into {
+            return (self.draw(into, draws), 1.0);
+        }
+        self.draw_near(z, self.tables.grading, draws)
+    }
+
+    /// A point of the cell of z whose distance from it is a uniform number to a power, with its share.
+    #[inline]
+    pub(super) fn draw_near<U: Uniforms<f64>>(
+        &self,
+        z: &CellPoint<E::Point>,
+        power: i32,
+        draws: &mut U,
+    ) -> (CellPoint<E::Point>, f64) {
+        // Rounding tells points apart that are as far as that.
+        let epsilon = <E::Scalar as Real>::EPSILON.to_f64();
+        let nearest = 4.0 * epsilon * self.tables.measures.len() as f64;
+        let mut t = z.parameters;
+        let mut share = 1.0;
+        let own = t.get_mut(..E::DIMENSION).unwrap_or(&mut []);
+        for t in own.iter_mut() {
+            let uniform: f64 = draws.uniform();
+            // Below the start or above it, by their lengths.
+            let (at, from, length) = match uniform < *t {
+                true => (uniform / *t, -1.0, *t),
+                false => ((uniform - *t) / (1.0 - *t), 1.0, 1.0 - *t),
+            };
+            share *= f64::from(power) * power_of(at, power - 1);
+            let distance = (length * power_of(at, power)).max(nearest);
+            *t = (*t + from * distance).clamp(0.0, 1.0);
+        }
+        (self.at(z.cell, own), share)
+    }
+
+    /// An estimate of W (u − g)(y): by roulette the walk goes on, or the estimate is 0.
+    #[inline]
+    fn go_on<U: Uniforms<f64>>(
+        &self,
+        mut weight: f64,
+        mut y: CellPoint<E::Point>,
+        ending: &Ending,
+        draws: &mut U,
+        steps: &mut u64,
+    ) -> f64 {
+        let cells = self.tables.measures.len();
+        let row = |table: &'_ [f64], cell: usize| -> Option<(usize, usize)> {
+            let from = cell.checked_mul(cells)?;
+            (from + cells <= table.len()).then_some((from, from + cells))
+        };
+        let (mut sum, mut own_steps) = (0.0, 0_u32);
+        loop {
+            let Some((from, to)) = row(self.tables.jumps, y.cell) else {
+                return f64::NAN;
+            };
+            let jumps = self.tables.jumps.get(from..to).unwrap_or(&[]);
+            let stay = self.tables.stays.get(y.cell).copied().unwrap_or(f64::NAN);
+            let end = stay + jumps.last().copied().unwrap_or(0.0);
+            let survival = (weight.abs() / ending.share * end / ending.scale).min(1.0);
+            let roulette: f64 = draws.uniform();
+            if !weight.is_finite() || own_steps > MOST_STEPS {
+                return f64::NAN;
+            }
+            if weight == 0.0 || roulette >= survival {
+                return sum;
+            }
+            *steps += 1;
+            own_steps += 1;
+            weight /= survival;
+            let pick: f64 = draws.uniform();
+            let pick = pick * end;
+            let mut z = y;
+            if pick < stay {
+                weight *= end / stay;
+            } else {
+                let (cell, importance) = chosen(jumps, pick - stay);
+                z = self.draw(cell, draws);
+                let resolvent = self.form(self.tables.resolvent, &y, &z);
+                weight *= self.measure(cell) * resolvent * end / importance;
+                sum += weight * self.rest_of_source(&z);
+            }
+            let Some((from, to)) = row(self.tables.steps, z.cell) else {
+                return f64::NAN;
+            };
+            let leads = self.tables.steps.get(from..to).unwrap_or(&[]);
+            let all = leads.last().copied().unwrap_or(f64::NAN);
+            let pick: f64 = draws.uniform();
+            let (cell, importance) = chosen(leads, pick * all);
+            let share;
+            (y, share) = self.draw_from(&z, cell, draws);
+            let difference = share * self.difference(&z, &y);
+            weight *= self.measure(cell) * difference * all / importance;
+            sum += weight * self.value(&y);
+        }
+    }
+}
+
+/// A number to a power.
+pub(super) fn power_of(number: f64, power: i32) -> f64 {
+    (0..power).fold(1.0, |product, _| product * number)
+}
+
+/// The place in a row of sums to which a number leads, and its own importance.
+#[inline]
+fn chosen(row: &[f64], pick: f64) -> (usize, f64) {
+    let after = row.partition_point(|&up_to| up_to <= pick);
+    let place = after.min(row.len().saturating_sub(1));
+    let up_to = row.get(place).copied().unwrap_or(f64::NAN);
+    let before = match place.checked_sub(1) {
+        Some(before) => row.get(before).copied().unwrap_or(f64::NAN),
+        None => 0.0,
+    };
+    (place, up_to - before)
+}

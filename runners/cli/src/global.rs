@@ -1,0 +1,89 @@
+//! `fredholm solve --global`.
+
+use fredholm::SolveError;
+use fredholm::report::GlobalReport;
+use fredholm_file::Resolved;
+
+use crate::args::Common;
+use crate::failure::{Ended, Failure, print, say};
+use crate::progress::{Progress, Signals};
+use crate::results::{self, Format};
+use crate::solve::Begun;
+use crate::table;
+use crate::threads::with_threads;
+
+/// Answers all targets of a problem from one set of walks.
+pub(crate) fn solve(
+    begun: Begun<'_>,
+    common: &Common,
+    signals: &Signals,
+) -> Result<Ended, Failure> {
+    let answered = with_threads(common.threads, || answer(&begun, signals))?;
+    let Some(report) = answered? else {
+        say("warning: interrupted before the walks");
+        return Ok(Ended::Interrupted);
+    };
+    // Results that cannot be written to their file are printed nevertheless.
+    let written = results::finish(begun.output, &report);
+    print(if common.json {
+        table::json(&report)?
+    } else {
+        report.table()
+    })?;
+    for remark in report.summary.remarks() {
+        say(format_args!("warning: {remark}"));
+    }
+    let ended = match report.summary.stop {
+        "error_not_reached" => {
+            say(format_args!(
+                "warning: the requested error was not reached at every point within {} walks",
+                report.summary.walks
+            ));
+            Ended::ErrorNotReached
+        }
+        "time_limit" => {
+            say("warning: stopped at the time limit; these are partial results");
+            let asks_error = begun.problem.resolved.settings.tolerance.is_some();
+            if asks_error {
+                Ended::ErrorNotReached
+            } else {
+                Ended::Done
+            }
+        }
+        "cancelled" => {
+            say("warning: interrupted; these are partial results");
+            Ended::Interrupted
+        }
+        _ => Ended::Done,
+    };
+    written.map(|()| ended)
+}
+
+/// Sets up, walks, and takes the values of all targets; `None` if that was interrupted before the walks.
+fn answer(begun: &Begun<'_>, signals: &Signals) -> Result<Option<GlobalReport>, Failure> {
+    let problem = &begun.problem;
+    let fail = Failure::of(&problem.file);
+    let Resolved { settings, .. } = &problem.resolved;
+    let progress = Progress::new(settings.walk_options().walks, signals);
+    progress.say("setting up".to_owned());
+    let solver = begun.solver(problem.resolved.targets.clone());
+    let whole = solver.observer(&progress).whole();
+    progress.done();
+    match whole {
+        Ok(whole) => {
+            let mut report = whole.report(&problem.goals).map_err(&fail)?;
+            let cells = results::means_between(&begun.output);
+            report
+                .add_means(&whole, &problem.goals, &cells)
+                .map_err(fail)?;
+            let is_json = |(format, _): &(Format, _)| matches!(format, Format::Json);
+            if begun.output.iter().any(is_json) {
+                report.coefficients = whole.coefficients();
+            }
+            Ok(Some(report))
+        }
+        Err(SolveError::Cancelled(_)) => Ok(None),
+        Err(SolveError::Failed(error)) => Err(fail(error)),
+        Err(error) => Err(Failure::run(error)),
+    }
+}

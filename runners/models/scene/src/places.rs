@@ -1,0 +1,162 @@
+//! What may be asked of a scene.
+
+use fredholm_core::{At, Functional, LastStep, Lights as _, Real, StartOf, Uniforms, Value as _};
+use fredholm_model::{Error, Region};
+use fredholm_scene::{
+    Air, Facing, Geometry, Irradiance, Mean, Point, Radiosity, Scene, Sources, Tint, areas,
+};
+
+use crate::walks::Wide;
+
+/// A point of a face, a point between the faces, what faces in a direction there, the faces over which a mean is, or of the way
+/// back the sources.
+#[derive(Clone, Debug)]
+pub(crate) enum Place {
+    Point(u32, [f64; 3]),
+    Air([f64; 3]),
+    /// The place and the direction.
+    Facing([f64; 3], [f64; 3]),
+    /// In ascending order.
+    Faces(Vec<u32>),
+    Sources,
+}
+
+impl Place {
+    /// The place of a region, if the scene has it.
+    pub(crate) fn new(scene: &Scene, region: &Region) -> Result<Self, Error> {
+        let wrong = |message: String| Err(Error::Region { message });
+        let geometry = scene.geometry();
+        match region {
+            Region::Whole => Ok(Self::Faces((0..scene.faces().len() as u32).collect())),
+            Region::Part(part) => Ok(Self::Faces(faces_of(scene, &[*part])?)),
+            Region::Parts(parts) if !parts.is_empty() => Ok(Self::Faces(faces_of(scene, parts)?)),
+            Region::Spot(part, position) => {
+                let own = faces_of(scene, &[*part])?;
+                match own.into_iter().find(|&face| geometry.is_on(face, *position)) {
+                    Some(face) => Ok(Self::Point(face, *position)),
+                    None => wrong(format!("the point {position:?} is not on its surface")),
+                }
+            }
+            Region::Point(coordinates) => match *coordinates.as_slice() {
+                [x, y, z] => match geometry.face_at([x, y, z]) {
+                    Some(face) => Ok(Self::Point(face, [x, y, z])),
+                    None if scene.is_between([x, y, z]) => Ok(Self::Air([x, y, z])),
+                    None => wrong(format!(
+                        "the point {:?} is neither on a surface nor between them",
+                        [x, y, z]
+                    )),
+                },
+                _ => wrong("a point of a scene has three coordinates".to_owned()),
+            },
+            Region::Facing { at, direction } => {
+                if !direction.iter().all(|c| c.is_finite()) || direction.iter().all(|c| *c == 0.0) {
+                    return wrong(format!(
+                        "{direction:?} is no direction: its coordinates must be finite, and one of them not 0"
+                    ));
+                }
+                if !scene.is_between(*at) {
+                    return wrong(format!("the point {at:?} is not between the surfaces"));
+                }
+                Ok(Self::Facing(*at, *direction))
+            }
+            _ => wrong(
+                "a scene has points on its surfaces and between them, means over surfaces, and the mean over all"
+                    .to_owned(),
+            ),
+        }
+    }
+
+    /// The areas of faces over which a mean is, each with all before it: where starts look.
+    pub(crate) fn ends<F: Real>(&self, geometry: Geometry<'_, F>) -> Result<Vec<F>, Error> {
+        Ok(match self {
+            Self::Faces(faces) => areas(geometry, faces)?,
+            _ => Vec::new(),
+        })
+    }
+
+    /// Where walks start, with the [ends](Self::ends) of this place and the sources of the scene.
+    pub(crate) fn origin<'a, F: Real, C>(
+        &'a self,
+        radiosity: &Radiosity<'a, F, C>,
+        ends: &'a [F],
+        sources: Option<&'a Sources<F>>,
+    ) -> Result<Origin<'a, F>, Error> {
+        Ok(match self {
+            Self::Point(face, position) => Origin::Point(At(radiosity.at(*face, *position)?)),
+            Self::Faces(faces) => Origin::Mean(Mean::new(radiosity.geometry(), faces, ends)?),
+            Self::Air(position) => Origin::Air(Air {
+                position: position.map(F::from_f64),
+            }),
+            Self::Facing(position, direction) => {
+                Origin::Facing(Facing::new(*position, *direction)?)
+            }
+            Self::Sources => {
+                Origin::Sources(sources.ok_or(Error::Internal("a scene without a source"))?)
+            }
+        })
+    }
+}
+
+/// The faces of surfaces, in ascending order.
+fn faces_of(scene: &Scene, parts: &[usize]) -> Result<Vec<u32>, Error> {
+    let mut all = Vec::new();
+    for &part in parts {
+        let faces = scene.faces_of(part).map_err(|_| Error::Region {
+            message: format!("there is no surface {part}"),
+        })?;
+        all.extend(faces.map(|face| face as u32));
+    }
+    all.sort_unstable();
+    all.dedup();
+    Ok(all)
+}
+
+/// Where walks start.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Origin<'a, F> {
+    Point(At<Point<F>>),
+    Mean(Mean<'a, F>),
+    Air(Air<F>),
+    Facing(Facing<F>),
+    Sources(&'a Sources<F>),
+    /// For what arrives there.
+    Arriving(&'a Self),
+}
+
+impl<F: Real> Origin<'_, F> {
+    /// (F_s, Φ) of lights, to which the last step leads, where it is the same for all walks.
+    pub(crate) fn known<C: Tint<F>>(&self, radiosity: &Radiosity<'_, F, C>) -> Wide<F, C> {
+        match self {
+            Self::Point(At(x)) => radiosity.known(x).wide(),
+            Self::Mean(mean) => mean.known(radiosity),
+            _ => Wide::<F, C>::splat(fredholm_core::Equation::channels(radiosity), 0.0),
+        }
+    }
+}
+
+impl<'e, 'r, F: Real, C: Tint<F>> Functional<LastStep<'e, Radiosity<'r, F, C>>> for Origin<'_, F> {
+    #[inline]
+    fn start<U: Uniforms<F>>(
+        &self,
+        equation: &LastStep<'e, Radiosity<'r, F, C>>,
+        uniforms: &mut U,
+    ) -> StartOf<Radiosity<'r, F, C>> {
+        match self {
+            Self::Point(at) => at.start(equation, uniforms),
+            Self::Mean(mean) => mean.start(equation, uniforms),
+            Self::Air(air) => air.start(equation, uniforms),
+            Self::Facing(facing) => facing.start(equation, uniforms),
+            Self::Sources(sources) => sources.start(equation, uniforms),
+            Self::Arriving(of) => Irradiance(**of).start(equation, uniforms),
+        }
+    }
+
+    fn looks(&self) -> u32 {
+        match self {
+            Self::Sources(sources) => {
+                Functional::<LastStep<'e, Radiosity<'r, F, C>>>::looks(*sources)
+            }
+            _ => 1,
+        }
+    }
+}

@@ -1,0 +1,176 @@
+//! The walks of a scene: what is asked for, and what is known of it beforehand.
+
+use fredholm_core::{
+    At, Equation as _, Functional as _, Generators as _, Goal, Goals, Real, RngUniforms, Sobol,
+    SobolPoint, Start, Value, WalkNumber, WalkSeeds,
+};
+use fredholm_model::cost::PointwisePairs;
+use fredholm_model::heat::RadiativeExchange as _;
+use fredholm_model::numbers::largest;
+use fredholm_model::{Error, Prepared, Region, Request, Then};
+use fredholm_scene::{Sources, Tint};
+
+use crate::partition::{Cut, Walked};
+use crate::places::{Origin, Place};
+use crate::system::{AnyNeighbour, SceneSystem};
+
+/// The numbers of all channels in f64.
+pub(crate) type Wide<F, C> = <<C as Tint<F>>::Value as Value<F>>::Wide;
+
+/// Starts of walks from which (v, Φ) is told to people where it is not known.
+const LOOKS: u64 = 4096;
+
+/// (v, Φ) and what starts know, about: from starts that are spread evenly.
+fn seen_from<F: Real, C: Tint<F>>(
+    origin: &Origin<'_, F>,
+    equation: &Walked<'_, F, C>,
+    neighbour: &AnyNeighbour<'_, F, C::Value>,
+) -> Wide<F, C> {
+    let seeds = WalkSeeds::<Sobol>::new(0, 0);
+    let mut memory = SobolPoint::default();
+    let mut sum = Wide::<F, C>::splat(equation.channels(), 0.0);
+    for index in 0..LOOKS {
+        let number = WalkNumber {
+            walk: index,
+            replicate: 0,
+            index,
+        };
+        let mut draws = RngUniforms(Sobol::generator(&seeds, number, &mut memory));
+        let Start { point, phi, known } = origin.start(equation, &mut draws);
+        let v = neighbour.value(&neighbour.locate(point));
+        sum = sum.plus(&v.scaled(phi).plus(&known).wide());
+    }
+    sum.scaled(1.0 / LOOKS as f64)
+}
+
+impl Cut<'_> {
+    /// Prepares walks, of plain Monte Carlo if nothing is solved, and hands them on.
+    pub(crate) fn job<F: Real, C: Tint<F>>(
+        &self,
+        equation: &Walked<'_, F, C>,
+        solved: Option<&SceneSystem<'_>>,
+        request: &Request<'_>,
+        then: &mut Then<'_>,
+    ) -> Result<(), Error> {
+        let model = self.model;
+        let tables = solved.map(|system| system.solution.for_walks::<F>());
+        let tables = tables.transpose()?;
+        let neighbour = self.neighbour(tables.as_ref(), equation)?;
+        let regions = self.regions(request)?;
+        let places = self.places(&regions)?;
+        let geometry = equation.0.geometry();
+        let ends = places.iter().map(|place| place.ends(geometry));
+        let ends = ends.collect::<Result<Vec<Vec<F>>, Error>>()?;
+        let sources = Sources::new(&model.scene);
+        let origins = places.iter().zip(&ends);
+        let origins = origins.map(|(place, ends)| place.origin(equation.0, ends, sources.as_ref()));
+        let origins = origins.collect::<Result<Vec<Origin<'_, F>>, Error>>()?;
+        let nothing = Wide::<F, C>::splat(equation.channels(), 0.0);
+        let (mut goals, mut galerkin) = (Vec::new(), Vec::new());
+        for (place, origin) in places.iter().zip(&origins) {
+            let known = match &model.adjoint {
+                Some(adjoint) => Wide::<F, C>::from_fn(adjoint.known.len(), |c| adjoint.known[c]),
+                None => origin.known(equation.0),
+            };
+            let control_mean = match (&tables, origin, place) {
+                (None, ..) => Some(nothing),
+                (Some(_), Origin::Point(At(x)), _) => {
+                    Some(neighbour.value(&neighbour.locate(*x)).wide())
+                }
+                (Some(tables), _, Place::Faces(faces)) => Some(self.mean(faces, tables.v())),
+                _ => None,
+            };
+            if tables.is_some() && galerkin.len() < request.goals.len() {
+                let own = control_mean.unwrap_or_else(|| seen_from(origin, equation, &*neighbour));
+                galerkin.extend(with_sum(&own.plus(&known), model.weights()));
+            }
+            goals.push(Goal {
+                functional: *origin,
+                control_mean,
+                known,
+            });
+        }
+        for (region, origin) in regions.iter().zip(&origins) {
+            if model.colours().is_none() && model.takes_walks(region, request.only_u) {
+                goals.push(Goal {
+                    functional: Origin::Arriving(origin),
+                    control_mean: None,
+                    known: nothing,
+                });
+            }
+        }
+        // Of plain walks nothing is known, and irradiances of receivers are no goals.
+        galerkin.resize(request.goals.len(), 0.0);
+        let job = Goals::new(equation, &*neighbour, &goals, request.walk.for_core());
+        let job = job.with_sum(model.weights());
+        let (Some(system), Some(tables)) = (solved, &tables) else {
+            return then(&Prepared::plain(&job, &galerkin));
+        };
+        let power = model.adjoint.as_ref().map_or(1.0, |adjoint| adjoint.power);
+        then(&Prepared {
+            job: &job,
+            galerkin: &galerkin,
+            largest: largest(tables.v()) * power,
+            radius_bound: system.radius_bound,
+            convergence: system.solution.convergence(),
+            pointwise: PointwisePairs::default(),
+            neighbour_second_moment_radius: None,
+        })
+    }
+
+    /// The regions of a request's goals, then those of surfaces whose net fluxes take walks. None of the way back, whose goals are
+    /// channels.
+    fn regions(&self, request: &Request<'_>) -> Result<Vec<Region>, Error> {
+        if let Some(adjoint) = &self.model.adjoint {
+            return match request.goals == adjoint.goals {
+                true => Ok(Vec::new()),
+                false => Err(Error::Internal("walks back for other receivers")),
+            };
+        }
+        Ok(match self.model.colours() {
+            Some(colours) => {
+                let targets = colours.names.targets(request.goals)?;
+                targets.map(|goal| goal.region.clone()).collect()
+            }
+            None => self.model.regions(request.goals, request.only_u),
+        })
+    }
+
+    /// The places of these regions, or the sources.
+    pub(crate) fn places(&self, regions: &[Region]) -> Result<Vec<Place>, Error> {
+        if self.model.adjoint.is_some() {
+            return Ok(vec![Place::Sources]);
+        }
+        let place = |region| Place::new(&self.model.scene, region);
+        regions.iter().map(place).collect()
+    }
+
+    /// The mean of v over faces: ψ_0 = 1, and the other functions have the mean 0.
+    pub(crate) fn mean<F: Real, W: Value<f64>>(&self, faces: &[u32], v: &[F]) -> W {
+        let (channels, functions) = (self.channels(), self.functions());
+        let (mut sum, mut area) = (W::splat(channels, 0.0), 0.0);
+        for (cell, own) in self.faces.iter().enumerate() {
+            if faces.binary_search(&own.face).is_ok() {
+                let v = |c| {
+                    v.get((cell * channels + c) * functions)
+                        .map_or(f64::NAN, |v: &F| v.to_f64())
+                };
+                let of = |c| own.area * v(c);
+                sum = sum.plus(&W::from_fn(channels, of));
+                area += own.area;
+            }
+        }
+        sum.scaled(1.0 / area)
+    }
+}
+
+/// The numbers of all channels, and last their weighted sum, if there are weights.
+pub(crate) fn with_sum(value: &impl Value<f64>, weights: &[f64]) -> Vec<f64> {
+    let own = (0..value.channels()).map(|c| value.get(c));
+    let sum = own
+        .clone()
+        .zip(weights)
+        .map(|(own, weight)| own * weight)
+        .sum();
+    own.chain((!weights.is_empty()).then_some(sum)).collect()
+}

@@ -1,0 +1,71 @@
+//! Scattering on the unit sphere.
+
+use core::f64::consts::PI;
+
+use fredholm_core::Real;
+use fredholm_sphere::{Sphere, SphereError, point};
+
+pub use fredholm_sphere::Parameters;
+
+use crate::CustomModel;
+
+/// Seconds of a value of k and of p.
+const KERNEL: f64 = 10e-9;
+
+/// The model of scattering on the unit sphere; a point has two coordinates, its colatitude and its azimuth.
+///
+/// ```
+/// use fredholm::sphere::Parameters;
+/// use fredholm::{Solver, SphereModel};
+///
+/// let parameters = Parameters { albedo: 0.6, asymmetry: 0.3, emission: [1.0, 0.5, -0.7, 0.4], forward: 0.5 };
+/// let u = SphereModel::new(parameters);
+/// let report = Solver::new(&u).mean().at([1.0, 2.0]).solve_to(1e-3)?;
+/// // The mean is e₀/(1 − a).
+/// assert!((report.goals[0].preconditioned.estimate.unwrap() - 2.5).abs() < 5e-3);
+/// # Ok::<(), fredholm::SolveError>(())
+/// ```
+pub type SphereModel = CustomModel<Sphere<f64>>;
+
+impl SphereModel {
+    /// The sphere with these parameters.
+    #[must_use]
+    pub fn new(parameters: Parameters) -> Self {
+        let bands = [1, 2, 3, 4, 6, 8, 12, 16, 24, 32];
+        of_scalar::<f64>(parameters)
+            .with_f32(of_scalar::<f32>(parameters))
+            .named("sphere")
+            .with_levels(bands.map(|bands| 2 * bands * bands))
+            .with_coordinates(vec![[0.0, PI], [0.0, 2.0 * PI]])
+            .with_place(|angles| match *angles {
+                [colatitude, azimuth] => point(colatitude, azimuth),
+                _ => [f64::NAN; 3],
+            })
+            .with_solution(move |x| parameters.solution(x))
+            .with_kernel_seconds(KERNEL)
+    }
+}
+
+/// The sphere in one scalar.
+fn of_scalar<F: Real>(parameters: Parameters) -> CustomModel<Sphere<F>> {
+    let build = move |cells: usize| {
+        let [bands, sectors] = shape(cells).map(u32::try_from);
+        match (bands, sectors) {
+            (Ok(bands), Ok(sectors)) => Sphere::new(bands, sectors, &parameters),
+            _ => Err(SphereError::Cells),
+        }
+    };
+    CustomModel::from_cells(build).with_starts()
+}
+
+/// Bands and sectors whose product is the number of cells: about twice as many sectors as bands.
+fn shape(cells: usize) -> [usize; 2] {
+    let ratio = |bands: usize| {
+        let wanted = (2 * bands * bands) as f64 / cells as f64;
+        wanted.max(1.0 / wanted)
+    };
+    let bands = (1..=cells.isqrt()).filter(|bands| cells.is_multiple_of(*bands));
+    let bands = bands.min_by(|a, b| ratio(*a).total_cmp(&ratio(*b)));
+    let bands = bands.unwrap_or(1);
+    [bands, cells / bands]
+}
