@@ -88,7 +88,13 @@ pub(super) fn highest_parts<'a>(images: impl Iterator<Item = &'a [f64]>) -> Vec<
     let squares = parts.iter().map(|[one, other]| (one - other).powi(2));
     let noise = (squares.sum::<f64>() / parts.len().max(1) as f64).sqrt();
     let worth = parts.iter().map(|[one, other]| (one + other).abs());
-    let worth = worth.map(|worth| if worth > SIGNIFICANT * noise { worth } else { 0.0 });
+    let worth = worth.map(|worth| {
+        if worth > SIGNIFICANT * noise {
+            worth
+        } else {
+            0.0
+        }
+    });
     worth.collect()
 }
 
