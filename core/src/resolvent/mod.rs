@@ -53,7 +53,7 @@ pub use walk::{CellPoint, Ending, Resolvent, ResolventTables, RestDensity, Strat
 #[cfg(feature = "alloc")]
 pub use plan::{GroupScores, Peak, Plan, Round, RoundSum};
 #[cfg(feature = "alloc")]
-pub use setup::{AxisNode, GalerkinRows, ResolventLooks, grading, singularity};
+pub use setup::{AxisNode, CellLook, GalerkinRows, ResolventLooks, grading, singularity};
 
 use crate::galerkin::Cells;
 

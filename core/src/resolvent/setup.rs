@@ -15,6 +15,16 @@ const ALL_DRAWS: usize = 1 << 14;
 /// Random points of a cell with itself that are near to x = y, at least, and how near they are.
 const RIDGE_DRAWS: u32 = 64;
 const RIDGE_GRADING: i32 = 4;
+/// How many times the root mean square by uniform points that by near ones is where points are drawn near.
+const RIDGE: f64 = 2.0;
+/// Points x = y of all cells together in which K − K_n is looked at: in one dimension neighbours are 10⁻⁴ apart at most.
+const DIAGONAL: usize = 1 << 14;
+/// How many times the root mean square of its pair K − K_n is in a spike.
+const SPIKE: f64 = 6.0;
+/// Halvings of a cell's sides around a spike, points that look for its middle, and points between which K − K_n is taken.
+const HALVINGS: i32 = 24;
+const MIDDLE: u32 = 64;
+const BETWEEN: usize = 16;
 /// Random points of a cell by which g and r₀ are known there.
 const CELL_DRAWS: u32 = 32;
 /// The part of its largest that |g| has at least in a table of steps: where g is 0 the solution may not be.
@@ -33,6 +43,15 @@ const FINE: i32 = 24;
 const LEAST_EXPONENT: f64 = 0.05;
 /// The largest power of a uniform number: beyond it points lie nearer than rounding tells.
 const MOST_GRADING: i32 = 6;
+/// The steps between points of an axis, whose multiples are spread over [0, 1]: fractions of √2, √3, √5, √7, √11 and √13.
+const STEPS: [f64; MOST_DIMENSIONS] = [
+    0.414_213_562,
+    0.732_050_808,
+    0.236_067_977,
+    0.645_751_311,
+    0.316_624_790,
+    0.605_551_275,
+];
 /// The number of goals from which on draws are those of tables.
 const LOOKS: u64 = u64::MAX - 8;
 
@@ -297,7 +316,7 @@ pub fn singularity<E: Regular>(equation: &E) -> f64 {
     if median > LEAST_EXPONENT { median } else { 0.0 }
 }
 
-/// How points of a step within a cell draw near to its start ([`ResolventTables::grading`]): such that K times the share of a point is
+/// How points of a step within a cell draw near to its start ([`ResolventTables::near`]): such that K times the share of a point is
 /// bounded where K grows like |x − y|^−a. 1: they are uniform.
 #[must_use]
 pub fn grading(exponent: f64, dimension: usize) -> i32 {
@@ -330,9 +349,18 @@ pub struct ResolventLooks {
     pub radius: f64,
 }
 
+/// What D is like where both points lie in one cell.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CellLook {
+    /// [`ResolventTables::near`] of the cell.
+    pub near: i32,
+    /// The spectral radius of |D| on a small cube of the cell, from below: of a spike that hardly any point meets.
+    pub spike: f64,
+}
+
 impl<E: Regular> Resolvent<'_, E> {
     /// Fills the root mean squares of D over the pairs of a cell with all others, from draws of its own.
-    pub fn look_at_pairs(&self, cell: usize, row: &mut [f64]) {
+    pub fn look_at_pairs(&self, cell: usize, row: &mut [f64]) -> CellLook {
         let seeds = WalkSeeds::<DefaultGenerator>::new(0, LOOKS);
         let mut draws = RngUniforms(seeds.generator(cell as u64));
         let cells = row.len();
@@ -347,22 +375,125 @@ impl<E: Regular> Resolvent<'_, E> {
                 sum += difference * difference;
             }
             *out = Real::sqrt(sum / f64::from(count));
-            if into == cell && self.tables.grading == 1 {
-                *out = out.max(self.ridge(cell, near, &mut draws));
-            }
         }
+        let own = self.tables.near.get(cell).copied().unwrap_or(1);
+        let mut look = CellLook {
+            near: own,
+            spike: 0.0,
+        };
+        if own > 1 {
+            return look;
+        }
+        let Some(found) = row.get(cell).copied() else {
+            return look;
+        };
+        let [ridge, of_scores] = self.ridge([cell, cell], near, &mut draws);
+        if ridge > RIDGE * found {
+            look.near = RIDGE_GRADING;
+            for into in cell.saturating_sub(1)..(cell + 2).min(cells) {
+                let is_next = into != cell;
+                if is_next && E::DIMENSION > 1 {
+                    continue;
+                }
+                let [_, of_next] = match is_next {
+                    true => self.ridge([cell, into], RIDGE_DRAWS, &mut draws),
+                    false => [ridge, of_scores],
+                };
+                if let Some(out) = row.get_mut(into) {
+                    *out = of_next;
+                }
+            }
+        } else if let Some(out) = row.get_mut(cell) {
+            *out = found.max(ridge);
+        }
+        look.spike = self.spike(cell, found.max(ridge));
+        if let Some(out) = row.get_mut(cell) {
+            // A spike of this radius on a part of a cell has at least that root mean square over all of it.
+            *out = out.max(look.spike / self.tables.measures.get(cell).copied().unwrap_or(1.0));
+        }
+        look
     }
 
-    /// The root mean square of D over the pair of a cell with itself, from draws that are dense near x = y: a narrow ridge there is what
-    /// kernels have most, and few uniform points meet it.
-    fn ridge(&self, cell: usize, count: u32, draws: &mut RngUniforms<DefaultGenerator>) -> f64 {
-        let squares = (0..count).map(|_| {
+    /// The root mean square of D over a pair of cells, and that of what draws score which are dense near x = y: a narrow ridge there is
+    /// what kernels have most, and few uniform points meet it.
+    fn ridge(
+        &self,
+        [cell, into]: [usize; 2],
+        count: u32,
+        draws: &mut RngUniforms<DefaultGenerator>,
+    ) -> [f64; 2] {
+        let (mut squares, mut scores) = (0.0, 0.0);
+        for _ in 0..count {
             let x = self.drawn(cell, draws);
-            let (y, share) = self.draw_near(&x, RIDGE_GRADING, draws);
+            let (y, share) = self.draw_near(&x, into, RIDGE_GRADING, draws);
             let difference = self.difference(&x, &y);
-            share * difference * difference
-        });
-        Real::sqrt(squares.sum::<f64>() / f64::from(count))
+            squares += share * difference * difference;
+            scores += share * share * difference * difference;
+        }
+        [squares, scores].map(|sum| Real::sqrt(sum / f64::from(count)))
+    }
+
+    /// The spectral radius of |D| on small cubes around the point x = y of a cell in which D is largest, if it is far larger there than
+    /// its root mean square. That of a part is at most that of all, and at least the least integral over it.
+    fn spike(&self, cell: usize, root_mean_square: f64) -> f64 {
+        let cells = self.tables.measures.len();
+        let places = |count: usize, [middle, side]: [&[f64; MOST_DIMENSIONS]; 2]| {
+            let (middle, side) = (*middle, *side);
+            (0..count).map(move |number| {
+                let mut t = [0.0; MOST_DIMENSIONS];
+                let own = t.get_mut(..E::DIMENSION).unwrap_or(&mut []);
+                for (axis, t) in own.iter_mut().enumerate() {
+                    let step = STEPS.get(axis).copied().unwrap_or(0.5);
+                    let within = (number as f64 + 0.5) * step;
+                    let within = within - f64::from(within as u32);
+                    let low = middle.get(axis).copied().unwrap_or(0.5);
+                    let side = side.get(axis).copied().unwrap_or(1.0);
+                    *t = (low - 0.5 * side).clamp(0.0, 1.0 - side) + side * within;
+                }
+                self.at(cell, own)
+            })
+        };
+        let size = |x: &CellPoint<E::Point>, y: &CellPoint<E::Point>| self.difference(x, y).abs();
+        let whole = [&[0.5; MOST_DIMENSIONS], &[1.0; MOST_DIMENSIONS]];
+        let all = places(DIAGONAL / cells.max(1), whole).map(|x| (size(&x, &x), x.parameters));
+        let all = all.filter(|(size, _)| size.is_finite());
+        let Some((largest, top)) = all.max_by(|a, b| a.0.total_cmp(&b.0)) else {
+            return 0.0;
+        };
+        if !(largest > SPIKE * root_mean_square) {
+            return 0.0;
+        }
+        let (mut middle, mut radius, mut side) = (top, 0.0_f64, 1.0);
+        for _ in 0..HALVINGS {
+            side *= 0.5;
+            let sides = [side; MOST_DIMENSIONS];
+            // The point that was found may be near the spike's edge: smaller cubes are in the middle of what is high in larger ones.
+            let (mut sum, mut count) = ([0.0; MOST_DIMENSIONS], 0.0);
+            for x in places(MIDDLE as usize, [&middle, &sides]) {
+                if size(&x, &x) >= 0.5 * largest {
+                    count += 1.0;
+                    sum.iter_mut()
+                        .zip(x.parameters)
+                        .for_each(|(sum, t)| *sum += t);
+                }
+            }
+            if count > 0.0 {
+                middle = sum.map(|sum| sum / count);
+            }
+            let points: Vec<_> = places(BETWEEN, [&middle, &sides]).collect();
+            // Without K(x, x), which may be the value of an integrable singularity.
+            let sums = points.iter().enumerate().map(|(i, x)| {
+                let others = points.iter().enumerate().filter(|&(j, _)| j != i);
+                others.map(|(_, y)| size(x, y)).sum::<f64>()
+            });
+            let least = sums.fold(f64::INFINITY, f64::min) / BETWEEN as f64;
+            let measure = self.tables.measures.get(cell).copied().unwrap_or(0.0);
+            let of_cube = least * measure * power_of(side, E::DIMENSION as i32);
+            if of_cube.is_finite() {
+                radius = radius.max(of_cube);
+            }
+        }
+        radius
     }
 
     fn drawn(&self, cell: usize, draws: &mut RngUniforms<DefaultGenerator>) -> CellPoint<E::Point> {
@@ -387,7 +518,11 @@ impl<E: Regular> Resolvent<'_, E> {
     ///
     /// # Errors
     /// [`GalerkinError::Memory`].
-    pub fn looks(&self, differences: Vec<f64>) -> Result<ResolventLooks, GalerkinError> {
+    pub fn looks(
+        &self,
+        differences: Vec<f64>,
+        own: &[CellLook],
+    ) -> Result<ResolventLooks, GalerkinError> {
         let measures = self.tables.measures;
         let cells = measures.len();
         let (mut values, mut rests) = (buffer(cells)?, buffer(cells)?);
@@ -433,8 +568,11 @@ impl<E: Regular> Resolvent<'_, E> {
                 *to = up_to;
             }
         }
+        // The end of a cell may halve a spike on every axis.
+        let halves = power_of(2.0, E::DIMENSION as i32);
+        let spike = own.iter().map(|own| halves * own.spike).fold(0.0, f64::max);
         Ok(ResolventLooks {
-            radius: radius(&differences, &sizes, measures)?,
+            radius: radius(&differences, &sizes, measures)?.max(spike),
             differences,
             values,
             rests,

@@ -14,6 +14,8 @@ pub struct ResolventQuestion<'a> {
     pub goals: &'a [Goal],
     /// The settings; of these cells, degree, points, tolerance, time limit and seed are heeded.
     pub settings: &'a Settings,
+    /// Whether nothing is walked: cells and degree are chosen, and the points that they take are predicted.
+    pub is_prediction: bool,
     /// Who sees what the solution is at, and may cancel it.
     pub watch: &'a dyn Observer,
 }

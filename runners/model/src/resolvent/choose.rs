@@ -5,7 +5,7 @@ use fredholm_core::galerkin::functions;
 use fredholm_core::resolvent::MOST_FUNCTIONS;
 
 use super::{MOST_RADIUS, MOST_UNKNOWNS, MakeCut, ResolventCut, ResolventQuestion, ResolventSizes};
-use crate::{Error, Settings};
+use crate::{Error, Method, Settings};
 
 /// The degrees that are looked at.
 const DEGREES: [usize; 4] = [0, 1, 2, 4];
@@ -143,7 +143,8 @@ impl<'a> Search<'_, 'a> {
     fn fits(&self, level: usize, degree: usize) -> bool {
         functions(self.sizes.dimension, degree) <= MOST_FUNCTIONS
             && (self.unknowns(level, degree) <= MOST_UNKNOWNS
-                || self.question.settings.cells.is_some())
+                || self.question.settings.method == Some(Method::Resolvent)
+                    && self.question.settings.cells.is_some())
     }
 
     /// What is to be small: seconds, or, without an error that is asked for, variance times seconds.

@@ -2,8 +2,8 @@
 
 use fredholm_core::galerkin::{buffer, functions};
 use fredholm_core::resolvent::{
-    AxisNode, CellPoint, GalerkinRows, Plan, Regular, Resolvent, ResolventLooks, ResolventTables,
-    grading, singularity,
+    AxisNode, CellLook, CellPoint, GalerkinRows, Plan, Regular, Resolvent, ResolventLooks,
+    ResolventTables, grading, singularity,
 };
 use fredholm_core::{Located, Real};
 use fredholm_rayon::{Observer, fill_rows};
@@ -83,7 +83,7 @@ pub(super) struct Cut<'k, E: Regular, K> {
     pub(super) correction: Vec<f64>,
     pub(super) looks: ResolventLooks,
     pub(super) condition: f64,
-    pub(super) grading: i32,
+    pub(super) near: Vec<i32>,
     pub(super) rules: [Vec<AxisNode>; 2],
 }
 
@@ -172,10 +172,10 @@ where
         correction,
         looks: nothing,
         condition,
-        grading: near,
+        near: vec![near; cells],
         rules,
     };
-    cut.looks = cut.look()?;
+    (cut.looks, cut.near) = cut.look()?;
     Ok(Box::new(cut))
 }
 
@@ -245,19 +245,24 @@ where
             steps: &self.looks.steps,
             stays: &self.looks.stays,
             jumps: &self.looks.jumps,
-            grading: self.grading,
+            near: &self.near,
         }
     }
 
-    fn look(&self) -> Result<ResolventLooks, Error> {
+    /// How large K − K_n is, and how points draw near within cells.
+    fn look(&self) -> Result<(ResolventLooks, Vec<i32>), Error> {
         let resolvent = self.resolvent();
         let cells = self.measures.len();
-        let mut differences: Vec<f64> = buffer(cells * cells)?;
-        fill_rows(&mut differences, cells, |cell, row| {
-            resolvent.look_at_pairs(cell, row);
+        let mut rows = vec![(CellLook::default(), vec![0.0; cells]); cells];
+        fill_rows(&mut rows, 1, |cell, rows| {
+            for (look, row) in rows {
+                *look = resolvent.look_at_pairs(cell, row);
+            }
             Ok::<(), Error>(())
         })?;
-        Ok(resolvent.looks(differences)?)
+        let (own, differences): (Vec<CellLook>, Vec<Vec<f64>>) = rows.into_iter().unzip();
+        let near = own.iter().map(|own| own.near).collect();
+        Ok((resolvent.looks(differences.concat(), &own)?, near))
     }
 
     /// What a goal asks for, with its coefficients (ψ, Φ).

@@ -97,6 +97,35 @@ pub fn answer(
         }
         None => (most / (1.0 + GROWTH + GROWTH * GROWTH)).max(1.0),
     };
+    if question.is_prediction {
+        let figures = chosen.cut.figures();
+        let points = if settings.tolerance.is_some() {
+            chosen.points
+        } else {
+            most
+        };
+        let known = walks.known().into_iter().map(|known| ResolventEstimate {
+            value: known,
+            known,
+            std_error: f64::INFINITY,
+            freedom: 0.0,
+            points: 0,
+        });
+        return Ok(ResolventAnswer {
+            estimates: known.collect(),
+            cells: chosen.cells,
+            degree: chosen.degree,
+            unknowns: figures.unknowns,
+            radius: figures.radius,
+            condition: figures.condition,
+            points: points as u64,
+            steps: 0,
+            rounds: 0,
+            stop: StopReason::Done,
+            setup_seconds,
+            walk_seconds: points * chosen.seconds,
+        });
+    }
     let has_end = settings.walks.is_some() || settings.time_limit.is_some();
     let (mut points, mut rounds) = (0.0, 0);
     let (cells, degree) = (chosen.cells, chosen.degree);

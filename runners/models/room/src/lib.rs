@@ -272,6 +272,7 @@ impl Model for RoomModel {
             less_memory: ADVICE,
             takes_any_cells: true,
             counts_evaluations: false,
+            takes_resolvent: false,
         }
     }
 

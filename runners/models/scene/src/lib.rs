@@ -322,6 +322,7 @@ impl Model for SceneModel {
             less_memory: ": use fewer cells",
             takes_any_cells: true,
             counts_evaluations: false,
+            takes_resolvent: false,
         }
     }
 

@@ -470,6 +470,7 @@ impl<E: CustomEquation<Scalar = f64>> Model for CustomModel<E> {
             less_memory: ": use fewer cells",
             takes_any_cells: false,
             counts_evaluations: true,
+            takes_resolvent: false,
         }
     }
 
