@@ -354,7 +354,8 @@ pub struct ResolventLooks {
 pub struct CellLook {
     /// [`ResolventTables::near`] of the cell.
     pub near: i32,
-    /// The spectral radius of |D| on a small cube of the cell, from below: of a spike that hardly any point meets.
+    /// Of a spike that hardly any point meets, on a small cube of a share s of the cell: its spectral radius from below, over √s. Its square is
+    /// that of the second moment of walks within it, whose points are uniform in the cell.
     pub spike: f64,
 }
 
@@ -406,10 +407,11 @@ impl<E: Regular> Resolvent<'_, E> {
         } else if let Some(out) = row.get_mut(cell) {
             *out = found.max(ridge);
         }
-        look.spike = self.spike(cell, found.max(ridge));
+        let [radius, of_walks] = self.spike(cell, found.max(ridge));
+        look.spike = of_walks;
         if let Some(out) = row.get_mut(cell) {
             // A spike of this radius on a part of a cell has at least that root mean square over all of it.
-            *out = out.max(look.spike / self.tables.measures.get(cell).copied().unwrap_or(1.0));
+            *out = out.max(radius / self.tables.measures.get(cell).copied().unwrap_or(1.0));
         }
         look
     }
@@ -434,8 +436,8 @@ impl<E: Regular> Resolvent<'_, E> {
     }
 
     /// The spectral radius of |D| on small cubes around the point x = y of a cell in which D is largest, if it is far larger there than
-    /// its root mean square. That of a part is at most that of all, and at least the least integral over it.
-    fn spike(&self, cell: usize, root_mean_square: f64) -> f64 {
+    /// its root mean square, and [`CellLook::spike`]. That of a part is at most that of all, and at least the least integral over it.
+    fn spike(&self, cell: usize, root_mean_square: f64) -> [f64; 2] {
         let cells = self.tables.measures.len();
         let places = |count: usize, [middle, side]: [&[f64; MOST_DIMENSIONS]; 2]| {
             let (middle, side) = (*middle, *side);
@@ -458,12 +460,12 @@ impl<E: Regular> Resolvent<'_, E> {
         let all = places(DIAGONAL / cells.max(1), whole).map(|x| (size(&x, &x), x.parameters));
         let all = all.filter(|(size, _)| size.is_finite());
         let Some((largest, top)) = all.max_by(|a, b| a.0.total_cmp(&b.0)) else {
-            return 0.0;
+            return [0.0; 2];
         };
         if !(largest > SPIKE * root_mean_square) {
-            return 0.0;
+            return [0.0; 2];
         }
-        let (mut middle, mut radius, mut side) = (top, 0.0_f64, 1.0);
+        let (mut middle, mut found, mut side) = (top, [0.0_f64; 2], 1.0);
         for _ in 0..HALVINGS {
             side *= 0.5;
             let sides = [side; MOST_DIMENSIONS];
@@ -486,14 +488,19 @@ impl<E: Regular> Resolvent<'_, E> {
                 let others = points.iter().enumerate().filter(|&(j, _)| j != i);
                 others.map(|(_, y)| size(x, y)).sum::<f64>()
             });
-            let least = sums.fold(f64::INFINITY, f64::min) / BETWEEN as f64;
+            let least = sums.fold(f64::INFINITY, f64::min) / (BETWEEN - 1) as f64;
             let measure = self.tables.measures.get(cell).copied().unwrap_or(0.0);
-            let of_cube = least * measure * power_of(side, E::DIMENSION as i32);
-            if of_cube.is_finite() {
-                radius = radius.max(of_cube);
+            let share = power_of(side, E::DIMENSION as i32);
+            let radius = least * measure * share;
+            if radius.is_finite() {
+                let of_cube = [radius, radius / Real::sqrt(share)];
+                found
+                    .iter_mut()
+                    .zip(of_cube)
+                    .for_each(|(found, own)| *found = found.max(own));
             }
         }
-        radius
+        found
     }
 
     fn drawn(&self, cell: usize, draws: &mut RngUniforms<DefaultGenerator>) -> CellPoint<E::Point> {

@@ -32,6 +32,8 @@ const FIRST: f64 = 4096.0;
 const FIRST_SHARE: f64 = 1.0 / 64.0;
 /// Seconds of the first round at most.
 const FIRST_SECONDS: f64 = 1.0;
+/// Seconds of a round at most.
+const MOST_ROUND_SECONDS: f64 = 8.0;
 /// Every round has so many times the points of the one before.
 const GROWTH: f64 = 4.0;
 
@@ -54,6 +56,20 @@ fn widening(freedom: f64) -> f64 {
     let second = (5.0 * z.powi(5) + 16.0 * z.powi(3) + 3.0 * z) / 96.0;
     let third = (3.0 * z.powi(7) + 19.0 * z.powi(5) + 17.0 * z.powi(3) - 15.0 * z) / 384.0;
     1.0 + (first + (second + third / freedom) / freedom) / freedom / z
+}
+
+/// Whether an error is asked for that rounding alone is above: no points reach it.
+fn is_below_rounding(
+    estimates: &[ResolventEstimate],
+    tolerance: &Option<Tolerance>,
+    condition: f64,
+) -> bool {
+    let floor = |own: &ResolventEstimate| condition * f64::EPSILON * own.value.abs();
+    match *tolerance {
+        Some(Tolerance::Absolute(error)) => estimates.iter().any(|own| floor(own) > error),
+        Some(Tolerance::Relative(share)) => condition * f64::EPSILON > share,
+        None => false,
+    }
 }
 
 /// Makes a solved equation with so many cells, and polynomials of this degree.
@@ -95,7 +111,9 @@ pub fn answer(
             let most = FIRST_SECONDS / chosen.seconds;
             (FIRST_SHARE * chosen.points).clamp(FIRST, most.max(FIRST))
         }
-        None => (most / (1.0 + GROWTH + GROWTH * GROWTH)).max(1.0),
+        None => (most / (1.0 + GROWTH + GROWTH * GROWTH))
+            .min(FIRST_SECONDS / chosen.seconds)
+            .max(1.0),
     };
     if question.is_prediction {
         let figures = chosen.cut.figures();
@@ -150,6 +168,14 @@ pub fn answer(
         }
         let is_known = estimates.iter().all(|own| own.freedom >= LEAST_FREEDOM);
         let off = needed(&estimates).unwrap_or(f64::INFINITY);
+        if is_below_rounding(
+            &estimates,
+            &settings.tolerance,
+            chosen.cut.figures().condition,
+        ) {
+            stop = StopReason::ToleranceNotReached;
+            break;
+        }
         if off <= 1.0 && is_known {
             break;
         }
@@ -169,7 +195,8 @@ pub fn answer(
         if settings.tolerance.is_some() && points >= most {
             stop = StopReason::ToleranceNotReached;
         }
-        next *= GROWTH;
+        // Whoever interrupts waits for a part of a round.
+        next = (next * GROWTH).min((MOST_ROUND_SECONDS / chosen.seconds).max(next));
     }
     let [points, steps] = walks.counts();
     let figures = chosen.cut.figures();
