@@ -277,6 +277,12 @@ pub fn gauss_seidel<F: Real>(
             break;
         }
     }
+    // A pivot that rounds to 0 shows in v alone where the residual before it was 0.
+    if !v.iter().all(|v| v.is_finite()) {
+        return Err(GalerkinError::Diverges {
+            sweep: convergence.sweeps,
+        });
+    }
     Ok(convergence)
 }
 
