@@ -9,7 +9,10 @@ use crate::galerkin::{GalerkinError, MOST_DIMENSIONS, buffer, fill_products, res
 use crate::{DefaultGenerator, Real, RngUniforms, Uniforms, WalkSeeds};
 
 /// Random points of a pair of cells by which |K − K_n| is known there, at least: with 4, or one node, the tail of scores is heavy.
-const PAIR_DRAWS: u32 = 12;
+pub const PAIR_DRAWS: u32 = 12;
+/// How far within the corners of a pair K − K_n is looked at in one dimension, where a jump that cuts little off a pair has a corner in
+/// it: K may have no value in a corner itself.
+const INSET: f64 = 1.0 / 64.0;
 /// Random points of all pairs together, and of all cells with themselves, at least: few cells are looked at as closely as many.
 const ALL_DRAWS: usize = 1 << 14;
 /// Random points of a cell with itself that are near to x = y, at least, and how near they are.
@@ -17,14 +20,6 @@ const RIDGE_DRAWS: u32 = 64;
 const RIDGE_GRADING: i32 = 4;
 /// How many times the root mean square by uniform points that by near ones is where points are drawn near.
 const RIDGE: f64 = 2.0;
-/// Points x = y of all cells together in which K − K_n is looked at: in one dimension neighbours are 10⁻⁴ apart at most.
-const DIAGONAL: usize = 1 << 14;
-/// How many times the root mean square of its pair K − K_n is in a spike.
-const SPIKE: f64 = 6.0;
-/// Halvings of a cell's sides around a spike, points that look for its middle, and points between which K − K_n is taken.
-const HALVINGS: i32 = 24;
-const MIDDLE: u32 = 64;
-const BETWEEN: usize = 16;
 /// Random points of a cell by which g and r₀ are known there.
 const CELL_DRAWS: u32 = 32;
 /// The part of its largest that |g| has at least in a table of steps: where g is 0 the solution may not be.
@@ -44,7 +39,7 @@ const LEAST_EXPONENT: f64 = 0.05;
 /// The largest power of a uniform number: beyond it points lie nearer than rounding tells.
 const MOST_GRADING: i32 = 6;
 /// The steps between points of an axis, whose multiples are spread over [0, 1]: fractions of √2, √3, √5, √7, √11 and √13.
-const STEPS: [f64; MOST_DIMENSIONS] = [
+pub(super) const STEPS: [f64; MOST_DIMENSIONS] = [
     0.414_213_562,
     0.732_050_808,
     0.236_067_977,
@@ -335,6 +330,8 @@ pub fn grading(exponent: f64, dimension: usize) -> i32 {
 pub struct ResolventLooks {
     /// The root mean square of D over every pair of cells, n × n numbers.
     pub differences: Vec<f64>,
+    /// The number of points of a pair that have told it.
+    pub points: f64,
     /// The root mean square of g over every cell.
     pub values: Vec<f64>,
     /// The root mean square of r₀ over every cell.
@@ -349,23 +346,14 @@ pub struct ResolventLooks {
     pub radius: f64,
 }
 
-/// What D is like where both points lie in one cell.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct CellLook {
-    /// [`ResolventTables::near`] of the cell.
-    pub near: i32,
-    /// Of a spike that hardly any point meets, on a small cube of a share s of the cell: its spectral radius from below, over √s. Its square is
-    /// that of the second moment of walks within it, whose points are uniform in the cell.
-    pub spike: f64,
-}
-
 impl<E: Regular> Resolvent<'_, E> {
-    /// Fills the root mean squares of D over the pairs of a cell with all others, from draws of its own.
-    pub fn look_at_pairs(&self, cell: usize, row: &mut [f64]) -> CellLook {
+    /// Fills the root mean squares of D over the pairs of a cell with all others, from draws of its own, and returns
+    /// [`ResolventTables::near`] of the cell.
+    pub fn look_at_pairs(&self, cell: usize, row: &mut [f64]) -> i32 {
         let seeds = WalkSeeds::<DefaultGenerator>::new(0, LOOKS);
         let mut draws = RngUniforms(seeds.generator(cell as u64));
         let cells = row.len();
-        let count = PAIR_DRAWS.max((ALL_DRAWS / (cells * cells).max(1)) as u32);
+        let count = pair_draws(cells);
         let near = RIDGE_DRAWS.max((ALL_DRAWS / cells.max(1)) as u32);
         for (into, out) in row.iter_mut().enumerate() {
             let mut sum = 0.0;
@@ -375,45 +363,47 @@ impl<E: Regular> Resolvent<'_, E> {
                 let difference = share * self.difference(&x, &y);
                 sum += difference * difference;
             }
-            *out = Real::sqrt(sum / f64::from(count));
+            let mut points = f64::from(count);
+            if E::DIMENSION == 1 {
+                let square = |x: f64, y: f64| {
+                    let [x, y] = [self.at(cell, &[x]), self.at(into, &[y])];
+                    let difference = self.difference(&x, &y);
+                    difference * difference
+                };
+                let ends = [INSET, 1.0 - INSET];
+                let corners = ends.into_iter().flat_map(|x| ends.map(|y| square(x, y)));
+                // All corners tell as much as one point.
+                sum += 0.25 * corners.filter(|square| square.is_finite()).sum::<f64>();
+                points += 1.0;
+            }
+            *out = Real::sqrt(sum / points);
         }
         let own = self.tables.near.get(cell).copied().unwrap_or(1);
-        let mut look = CellLook {
-            near: own,
-            spike: 0.0,
-        };
+        let found = row.get(cell).copied().unwrap_or(0.0);
         if own > 1 {
-            return look;
+            return own;
         }
-        let Some(found) = row.get(cell).copied() else {
-            return look;
-        };
         let [ridge, of_scores] = self.ridge([cell, cell], near, &mut draws);
-        if ridge > RIDGE * found {
-            look.near = RIDGE_GRADING;
-            for into in cell.saturating_sub(1)..(cell + 2).min(cells) {
-                let is_next = into != cell;
-                if is_next && E::DIMENSION > 1 {
-                    continue;
-                }
-                let [_, of_next] = match is_next {
-                    true => self.ridge([cell, into], RIDGE_DRAWS, &mut draws),
-                    false => [ridge, of_scores],
-                };
-                if let Some(out) = row.get_mut(into) {
-                    *out = of_next;
-                }
+        if !(ridge > RIDGE * found) {
+            if let Some(out) = row.get_mut(cell) {
+                *out = found.max(ridge);
             }
-        } else if let Some(out) = row.get_mut(cell) {
-            *out = found.max(ridge);
+            return 1;
         }
-        let [radius, of_walks] = self.spike(cell, found.max(ridge));
-        look.spike = of_walks;
-        if let Some(out) = row.get_mut(cell) {
-            // A spike of this radius on a part of a cell has at least that root mean square over all of it.
-            *out = out.max(radius / self.tables.measures.get(cell).copied().unwrap_or(1.0));
+        for into in cell.saturating_sub(1)..(cell + 2).min(cells) {
+            let is_next = into != cell;
+            if is_next && E::DIMENSION > 1 {
+                continue;
+            }
+            let [_, of_next] = match is_next {
+                true => self.ridge([cell, into], RIDGE_DRAWS, &mut draws),
+                false => [ridge, of_scores],
+            };
+            if let Some(out) = row.get_mut(into) {
+                *out = of_next;
+            }
         }
-        look
+        RIDGE_GRADING
     }
 
     /// The root mean square of D over a pair of cells, and that of what draws score which are dense near x = y: a narrow ridge there is
@@ -433,74 +423,6 @@ impl<E: Regular> Resolvent<'_, E> {
             scores += share * share * difference * difference;
         }
         [squares, scores].map(|sum| Real::sqrt(sum / f64::from(count)))
-    }
-
-    /// The spectral radius of |D| on small cubes around the point x = y of a cell in which D is largest, if it is far larger there than
-    /// its root mean square, and [`CellLook::spike`]. That of a part is at most that of all, and at least the least integral over it.
-    fn spike(&self, cell: usize, root_mean_square: f64) -> [f64; 2] {
-        let cells = self.tables.measures.len();
-        let places = |count: usize, [middle, side]: [&[f64; MOST_DIMENSIONS]; 2]| {
-            let (middle, side) = (*middle, *side);
-            (0..count).map(move |number| {
-                let mut t = [0.0; MOST_DIMENSIONS];
-                let own = t.get_mut(..E::DIMENSION).unwrap_or(&mut []);
-                for (axis, t) in own.iter_mut().enumerate() {
-                    let step = STEPS.get(axis).copied().unwrap_or(0.5);
-                    let within = (number as f64 + 0.5) * step;
-                    let within = within - f64::from(within as u32);
-                    let low = middle.get(axis).copied().unwrap_or(0.5);
-                    let side = side.get(axis).copied().unwrap_or(1.0);
-                    *t = (low - 0.5 * side).clamp(0.0, 1.0 - side) + side * within;
-                }
-                self.at(cell, own)
-            })
-        };
-        let size = |x: &CellPoint<E::Point>, y: &CellPoint<E::Point>| self.difference(x, y).abs();
-        let whole = [&[0.5; MOST_DIMENSIONS], &[1.0; MOST_DIMENSIONS]];
-        let all = places(DIAGONAL / cells.max(1), whole).map(|x| (size(&x, &x), x.parameters));
-        let all = all.filter(|(size, _)| size.is_finite());
-        let Some((largest, top)) = all.max_by(|a, b| a.0.total_cmp(&b.0)) else {
-            return [0.0; 2];
-        };
-        if !(largest > SPIKE * root_mean_square) {
-            return [0.0; 2];
-        }
-        let (mut middle, mut found, mut side) = (top, [0.0_f64; 2], 1.0);
-        for _ in 0..HALVINGS {
-            side *= 0.5;
-            let sides = [side; MOST_DIMENSIONS];
-            // The point that was found may be near the spike's edge: smaller cubes are in the middle of what is high in larger ones.
-            let (mut sum, mut count) = ([0.0; MOST_DIMENSIONS], 0.0);
-            for x in places(MIDDLE as usize, [&middle, &sides]) {
-                if size(&x, &x) >= 0.5 * largest {
-                    count += 1.0;
-                    sum.iter_mut()
-                        .zip(x.parameters)
-                        .for_each(|(sum, t)| *sum += t);
-                }
-            }
-            if count > 0.0 {
-                middle = sum.map(|sum| sum / count);
-            }
-            let points: Vec<_> = places(BETWEEN, [&middle, &sides]).collect();
-            // Without K(x, x), which may be the value of an integrable singularity.
-            let sums = points.iter().enumerate().map(|(i, x)| {
-                let others = points.iter().enumerate().filter(|&(j, _)| j != i);
-                others.map(|(_, y)| size(x, y)).sum::<f64>()
-            });
-            let least = sums.fold(f64::INFINITY, f64::min) / (BETWEEN - 1) as f64;
-            let measure = self.tables.measures.get(cell).copied().unwrap_or(0.0);
-            let share = power_of(side, E::DIMENSION as i32);
-            let radius = least * measure * share;
-            if radius.is_finite() {
-                let of_cube = [radius, radius / Real::sqrt(share)];
-                found
-                    .iter_mut()
-                    .zip(of_cube)
-                    .for_each(|(found, own)| *found = found.max(own));
-            }
-        }
-        found
     }
 
     fn drawn(&self, cell: usize, draws: &mut RngUniforms<DefaultGenerator>) -> CellPoint<E::Point> {
@@ -525,11 +447,7 @@ impl<E: Regular> Resolvent<'_, E> {
     ///
     /// # Errors
     /// [`GalerkinError::Memory`].
-    pub fn looks(
-        &self,
-        differences: Vec<f64>,
-        own: &[CellLook],
-    ) -> Result<ResolventLooks, GalerkinError> {
+    pub fn looks(&self, differences: Vec<f64>) -> Result<ResolventLooks, GalerkinError> {
         let measures = self.tables.measures;
         let cells = measures.len();
         let (mut values, mut rests) = (buffer(cells)?, buffer(cells)?);
@@ -548,7 +466,7 @@ impl<E: Regular> Resolvent<'_, E> {
         {
             let leads = row.iter_mut().zip(own).zip(values.iter().zip(measures));
             for ((to, difference), (value, measure)) in leads {
-                *to = difference * (value + LEAST_VALUE * largest) * measure;
+                *to = difference * step_value(*value, largest) * measure;
                 *stay += *to;
             }
             let mut up_to = 0.0;
@@ -575,12 +493,10 @@ impl<E: Regular> Resolvent<'_, E> {
                 *to = up_to;
             }
         }
-        // The end of a cell may halve a spike on every axis.
-        let halves = power_of(2.0, E::DIMENSION as i32);
-        let spike = own.iter().map(|own| halves * own.spike).fold(0.0, f64::max);
         Ok(ResolventLooks {
-            radius: radius(&differences, &sizes, measures)?.max(spike),
+            radius: radius(&differences, &sizes, measures)?,
             differences,
+            points: f64::from(pair_draws(cells)),
             values,
             rests,
             steps,
@@ -590,16 +506,14 @@ impl<E: Regular> Resolvent<'_, E> {
     }
 }
 
-impl ResolventLooks {
-    /// The importance of a step of the pair of these cells: the root mean square of D g over it, times the measure of the second.
-    #[must_use]
-    pub fn importance(&self, from: usize, into: usize, measures: &[f64]) -> f64 {
-        let cells = self.values.len();
-        let largest = self.values.iter().copied().fold(0.0, f64::max);
-        let of = |table: &[f64], place: usize| table.get(place).copied().unwrap_or(f64::NAN);
-        let value = of(&self.values, into) + LEAST_VALUE * largest;
-        of(&self.differences, from * cells + into) * value * of(measures, into)
-    }
+/// What |g| of a cell counts for where steps lead into it.
+pub(super) fn step_value(value: f64, largest: f64) -> f64 {
+    value + LEAST_VALUE * largest
+}
+
+/// Random points of a pair of cells by which |D| is known there.
+fn pair_draws(cells: usize) -> u32 {
+    PAIR_DRAWS.max((ALL_DRAWS / (cells * cells).max(1)) as u32)
 }
 
 /// ‖R_ij‖ = √(μ_i μ_j) |R̂_ij| of every pair of cells, by Frobenius' norm.

@@ -2,7 +2,7 @@
 
 use fredholm_core::Tolerance;
 use fredholm_core::galerkin::functions;
-use fredholm_core::resolvent::MOST_FUNCTIONS;
+use fredholm_core::resolvent::{MOST_FUNCTIONS, PAIR_DRAWS};
 
 use super::{MOST_RADIUS, MOST_UNKNOWNS, MakeCut, ResolventCut, ResolventQuestion, ResolventSizes};
 use crate::{Error, Method, Settings};
@@ -19,8 +19,6 @@ const PAYS: f64 = 0.7;
 const POINT: f64 = 100e-9;
 const PRODUCT: f64 = 1e-9;
 const INVERSE: f64 = 1.5e-9;
-/// Random points of a pair of cells in tables.
-const LOOKS: f64 = 12.0;
 
 /// What was chosen.
 pub(super) struct Chosen<'a> {
@@ -255,7 +253,7 @@ impl ResolventSizes {
         let own = functions(self.dimension, degree) as f64;
         let nodes = ((degree + 1) as f64).powi(d) * ((degree + 2) as f64).powi(d);
         let quadrature = nodes * (kernel + PRODUCT * own);
-        let looks = LOOKS * (POINT + kernel + PRODUCT * own * own);
+        let looks = f64::from(PAIR_DRAWS) * (POINT + kernel + PRODUCT * own * own);
         (cells as f64).powi(2) * (quadrature + looks) + INVERSE * (cells as f64 * own).powi(3)
     }
 

@@ -2,8 +2,8 @@
 
 use fredholm_core::galerkin::{buffer, functions};
 use fredholm_core::resolvent::{
-    AxisNode, CellLook, CellPoint, GalerkinRows, Plan, Regular, Resolvent, ResolventLooks,
-    ResolventTables, grading, singularity,
+    AxisNode, CellPoint, GalerkinRows, Plan, Regular, Resolvent, ResolventLooks, ResolventTables,
+    grading, singularity,
 };
 use fredholm_core::{Located, Real};
 use fredholm_rayon::{Observer, fill_rows};
@@ -253,16 +253,15 @@ where
     fn look(&self) -> Result<(ResolventLooks, Vec<i32>), Error> {
         let resolvent = self.resolvent();
         let cells = self.measures.len();
-        let mut rows = vec![(CellLook::default(), vec![0.0; cells]); cells];
+        let mut rows = vec![(1, vec![0.0; cells]); cells];
         fill_rows(&mut rows, 1, |cell, rows| {
-            for (look, row) in rows {
-                *look = resolvent.look_at_pairs(cell, row);
+            for (near, row) in rows {
+                *near = resolvent.look_at_pairs(cell, row);
             }
             Ok::<(), Error>(())
         })?;
-        let (own, differences): (Vec<CellLook>, Vec<Vec<f64>>) = rows.into_iter().unzip();
-        let near = own.iter().map(|own| own.near).collect();
-        Ok((resolvent.looks(differences.concat(), &own)?, near))
+        let (near, differences): (Vec<i32>, Vec<Vec<f64>>) = rows.into_iter().unzip();
+        Ok((resolvent.looks(differences.concat())?, near))
     }
 
     /// What a goal asks for, with its coefficients (ψ, Φ).
@@ -385,7 +384,7 @@ where
             asked,
             shared,
             own: vec![0.0; count],
-            peaks: vec![Vec::new(); count],
+            seen: vec![Vec::new(); count],
             sums: vec![Sums::default(); count],
             points: 0,
             steps: 0,

@@ -1,5 +1,6 @@
 //! Resolvent walks of a cube.
 
+use fredholm_core::resolvent::{Grid, edges};
 use fredholm_cube::ScalarField as _;
 use fredholm_model::resolvent::{
     self, ByDensity, Functional, RegularKind, ResolventAnswer, ResolventQuestion, ResolventSizes,
@@ -14,12 +15,12 @@ const LEVELS: [usize; 18] = [
     1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512,
 ];
 
-impl<'v, F: CubeScalar, const D: usize> RegularKind<ByDensity<ModelCube<'v, F, D>>>
+impl<'v, F: CubeScalar, const D: usize> RegularKind<Grid<ByDensity<ModelCube<'v, F, D>>>>
     for Watched<'v, F>
 {
     fn functional<'s>(
         &'s self,
-        _: &ByDensity<ModelCube<'v, F, D>>,
+        _: &Grid<ByDensity<ModelCube<'v, F, D>>>,
         region: &Region,
     ) -> Result<Functional<'s, [F; D]>, Error> {
         Ok(match region {
@@ -49,18 +50,25 @@ impl CubeModel {
         question: &ResolventQuestion<'_>,
     ) -> Result<ResolventAnswer, Error> {
         let [kernel, _, source] = self.functions.seconds();
-        let all = |cells: usize| [cells, cells.saturating_pow(D as u32)];
-        let sizes = ResolventSizes {
-            levels: match question.settings.cells {
-                Some(cells) => vec![all(cells)],
-                None => LEVELS.map(all).to_vec(),
-            },
-            dimension: D,
-            seconds: [kernel, source],
-        };
         with_values::<F, _>(&*self.functions, |values| {
+            let whole = || Ok::<_, Error>(ByDensity(values.cube::<D>(1)?));
+            let edges = edges(&whole()?);
+            let least = edges.iter().map(|inner| inner.len() + 1).max();
+            let all = |cells: usize| [cells, cells.saturating_pow(D as u32)];
+            let sizes = ResolventSizes {
+                levels: match question.settings.cells {
+                    Some(cells) => vec![all(cells)],
+                    None => {
+                        let least = least.unwrap_or(1);
+                        let more = LEVELS.into_iter().filter(|&cells| cells > least);
+                        core::iter::once(least).chain(more).map(all).collect()
+                    }
+                },
+                dimension: D,
+                seconds: [kernel, source],
+            };
             let answer = resolvent::answer(question, &sizes, &|cells, degree| {
-                resolvent::cut_of(ByDensity(values.cube::<D>(cells)?), values, degree)
+                resolvent::cut_of(Grid::new(whole()?, &edges, cells), values, degree)
             });
             // It says where a value was no number.
             values.check()?;
