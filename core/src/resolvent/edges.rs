@@ -402,7 +402,7 @@ fn chosen(mut jumps: Vec<Jump>, ends: Vec<f64>, most: usize) -> Vec<f64> {
     // An end k 2^−l is one of intervals of the length 2^−l.
     let length = |end: f64| {
         let mut length = 0.5;
-        while (end / length) as u32 % 2 == 0 {
+        while ((end / length) as u32).is_multiple_of(2) {
             length *= 0.5;
         }
         length

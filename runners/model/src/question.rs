@@ -59,6 +59,8 @@ pub struct ResolventAnswer {
     pub radius: f64,
     /// The condition number of I − K' in the maximum norm.
     pub condition: f64,
+    /// The part of a value that rounding leaves unknown, by the condition number and the scalar.
+    pub rounding: f64,
     /// The number of all points.
     pub points: u64,
     /// The number of all steps beyond the first.
@@ -77,6 +79,6 @@ impl ResolventAnswer {
     /// The error that rounding leaves of a value, which more points do not lower.
     #[must_use]
     pub fn floor(&self, value: f64) -> f64 {
-        self.condition * f64::EPSILON * value.abs()
+        self.rounding * value.abs()
     }
 }

@@ -178,7 +178,7 @@ fn a_target_that_pilots_leave_out_is_reached() {
 
 /// The report of `solve` with this error.
 fn solve(problem: &str, error: &str) -> Value {
-    let args = ["--target-error", error, "--json"];
+    let args = ["--method", "walks", "--target-error", error, "--json"];
     Folder::new().solve(problem, &args).quietly(0).json()
 }
 

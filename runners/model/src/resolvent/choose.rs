@@ -140,9 +140,14 @@ impl<'a> Search<'_, 'a> {
     /// Whether there is room for so many unknowns, or they are asked for.
     fn fits(&self, level: usize, degree: usize) -> bool {
         functions(self.sizes.dimension, degree) <= MOST_FUNCTIONS
-            && (self.unknowns(level, degree) <= MOST_UNKNOWNS
-                || self.question.settings.method == Some(Method::Resolvent)
-                    && self.question.settings.cells.is_some())
+            && (self.unknowns(level, degree) <= MOST_UNKNOWNS || self.is_asked(degree))
+    }
+
+    /// Whether resolvent walks with these cells are asked for, and there is no lower degree.
+    fn is_asked(&self, degree: usize) -> bool {
+        let settings = self.question.settings;
+        let is_lowest = degree == settings.degree.unwrap_or(DEGREES[0]);
+        settings.method == Some(Method::Resolvent) && settings.cells.is_some() && is_lowest
     }
 
     /// What is to be small: seconds, or, without an error that is asked for, variance times seconds.

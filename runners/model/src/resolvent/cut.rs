@@ -8,18 +8,14 @@ use fredholm_core::resolvent::{
 use fredholm_core::{Located, Real};
 use fredholm_rayon::{Observer, fill_rows};
 use fredholm_variance::gauss;
-use nalgebra::{DMatrix, DMatrixViewMut};
 
+use super::inverse::inverse;
 use super::walks::{Sums, Walks};
 use super::{Functional, RegularKind, ResolventEstimate};
 use crate::{Error, Goal};
 
-/// Columns of the inverse that one thread makes in one go.
-const COLUMNS: usize = 16;
 /// The exponent of |x − y| over d from which on a kernel is taken to have no integral.
 const LEAST_INFINITE: f64 = 0.995;
-/// The condition number from which on nothing is known of a solution: rounding is as large as that.
-const MOST_CONDITION: f64 = 1e14;
 
 /// What is known of a solved equation before any walk.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,6 +26,8 @@ pub struct CutFigures {
     pub radius: f64,
     /// The condition number of I − K' in the maximum norm.
     pub condition: f64,
+    /// The part of a value that rounding leaves unknown.
+    pub rounding: f64,
 }
 
 /// A solved equation of any type.
@@ -179,49 +177,6 @@ where
     Ok(Box::new(cut))
 }
 
-/// (I − K')⁻¹ row by row, and the condition number of I − K' in the maximum norm.
-fn inverse(kernel: &[f64], width: usize) -> Result<(Vec<f64>, f64), Error> {
-    let mut matrix = DMatrix::from_row_slice(width, width, kernel);
-    let mut largest = 0.0_f64;
-    for row in 0..width {
-        for column in 0..width {
-            let one = if row == column { 1.0 } else { 0.0 };
-            matrix[(row, column)] = one - matrix[(row, column)];
-        }
-        largest = largest.max(matrix.row(row).iter().map(|x| x.abs()).sum());
-    }
-    let factors = matrix.transpose().lu();
-    // Columns of the inverse of the transpose are its rows.
-    let mut inverse: Vec<f64> = buffer(width.saturating_mul(width))?;
-    fill_rows(&mut inverse, COLUMNS * width, |block, rows| {
-        let count = rows.len() / width;
-        for (row, numbers) in rows.chunks_exact_mut(width).enumerate() {
-            numbers[block * COLUMNS + row] = 1.0;
-        }
-        let mut columns = DMatrixViewMut::from_slice(rows, width, count);
-        match factors.solve_mut(&mut columns) {
-            true => Ok(()),
-            false => Err(singular()),
-        }
-    })?;
-    let rows = inverse.chunks_exact(width);
-    let sums = rows.map(|row| row.iter().map(|x| x.abs()).sum::<f64>());
-    let condition = largest * sums.fold(0.0, f64::max);
-    // Written so that NaN is refused.
-    match condition < MOST_CONDITION {
-        true => Ok((inverse, condition)),
-        false => Err(singular()),
-    }
-}
-
-/// No solution, or more than one.
-fn singular() -> Error {
-    Error::Regular {
-        message: "the equation has no solution, or more than one: 1 is an eigenvalue of its kernel, as far as the cells tell"
-            .to_owned(),
-    }
-}
-
 impl<E, K> Cut<'_, E, K>
 where
     E: Regular<Point: Send + Sync> + Sync,
@@ -364,6 +319,7 @@ where
             unknowns: self.source.len(),
             radius: self.looks.radius,
             condition: self.condition,
+            rounding: self.condition * <E::Scalar as Real>::EPSILON.to_f64(),
         }
     }
 

@@ -5,6 +5,7 @@
 
 mod choose;
 mod cut;
+mod inverse;
 mod regular;
 mod walks;
 
@@ -16,6 +17,7 @@ pub use crate::question::{ResolventAnswer, ResolventEstimate, ResolventQuestion}
 use crate::{Error, MOST_SECONDS, Settings};
 
 pub use cut::{CutFigures, ResolventCut, ResolventWalks, cut_of};
+pub use fredholm_core::resolvent::{Grid, edges};
 pub use regular::{ByDensity, Functional, RegularKind};
 
 /// The largest spectral radius of (1 + |R_n|)|K − K_n| that is walked with: error bars keep their coverage there.
@@ -62,12 +64,12 @@ fn widening(freedom: f64) -> f64 {
 fn is_below_rounding(
     estimates: &[ResolventEstimate],
     tolerance: &Option<Tolerance>,
-    condition: f64,
+    rounding: f64,
 ) -> bool {
-    let floor = |own: &ResolventEstimate| condition * f64::EPSILON * own.value.abs();
+    let floor = |own: &ResolventEstimate| rounding * own.value.abs();
     match *tolerance {
         Some(Tolerance::Absolute(error)) => estimates.iter().any(|own| floor(own) > error),
-        Some(Tolerance::Relative(share)) => condition * f64::EPSILON > share,
+        Some(Tolerance::Relative(share)) => rounding > share,
         None => false,
     }
 }
@@ -111,9 +113,7 @@ pub fn answer(
             let most = FIRST_SECONDS / chosen.seconds;
             (FIRST_SHARE * chosen.points).clamp(FIRST, most.max(FIRST))
         }
-        None => (most / (1.0 + GROWTH + GROWTH * GROWTH))
-            .min(FIRST_SECONDS / chosen.seconds)
-            .max(1.0),
+        None => FIRST,
     };
     if question.is_prediction {
         let figures = chosen.cut.figures();
@@ -136,6 +136,7 @@ pub fn answer(
             unknowns: figures.unknowns,
             radius: figures.radius,
             condition: figures.condition,
+            rounding: figures.rounding,
             points: points as u64,
             steps: 0,
             rounds: 0,
@@ -171,7 +172,7 @@ pub fn answer(
         if is_below_rounding(
             &estimates,
             &settings.tolerance,
-            chosen.cut.figures().condition,
+            chosen.cut.figures().rounding,
         ) {
             stop = StopReason::ToleranceNotReached;
             break;
@@ -207,6 +208,7 @@ pub fn answer(
         unknowns: figures.unknowns,
         radius: figures.radius,
         condition: figures.condition,
+        rounding: figures.rounding,
         points,
         steps,
         rounds,

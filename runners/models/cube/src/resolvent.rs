@@ -1,14 +1,14 @@
 //! Resolvent walks of a cube.
 
-use fredholm_core::resolvent::{Grid, edges};
 use fredholm_cube::ScalarField as _;
 use fredholm_model::resolvent::{
-    self, ByDensity, Functional, RegularKind, ResolventAnswer, ResolventQuestion, ResolventSizes,
+    self, ByDensity, Functional, Grid, RegularKind, ResolventAnswer, ResolventQuestion,
+    ResolventSizes,
 };
 use fredholm_model::{Error, Region};
 
 use super::CubeModel;
-use super::functions::{CubeScalar, ModelCube, Watched, WeightOf, Which, with_values};
+use super::functions::{CubeScalar, ModelCube, Watched, WeightOf, Which, watch, with_values};
 
 /// The numbers of cells of an axis to choose from.
 const LEVELS: [usize; 18] = [
@@ -50,9 +50,15 @@ impl CubeModel {
         question: &ResolventQuestion<'_>,
     ) -> Result<ResolventAnswer, Error> {
         let [kernel, _, source] = self.functions.seconds();
+        // K(x, x) is looked at, and may have no value.
+        let mut edges = Vec::new();
+        watch::<F>(&*self.functions, &mut |values| {
+            if let Ok(cube) = values.cube::<D>(1) {
+                edges = resolvent::edges(&ByDensity(cube));
+            }
+        });
         with_values::<F, _>(&*self.functions, |values| {
             let whole = || Ok::<_, Error>(ByDensity(values.cube::<D>(1)?));
-            let edges = edges(&whole()?);
             let least = edges.iter().map(|inner| inner.len() + 1).max();
             let all = |cells: usize| [cells, cells.saturating_pow(D as u32)];
             let sizes = ResolventSizes {
