@@ -275,15 +275,11 @@ impl Statistics {
     /// [`merge`](Self::merge) would give, without a copy of either.
     #[must_use]
     pub fn preconditioned_with(&self, other: &Self) -> Estimate {
-        if other.walks == 0 {
-            return self.preconditioned();
+        let mut zeta = if self.walks == 0 { other.zeta } else { self.zeta };
+        if self.walks > 0 && other.walks > 0 {
+            let (share, weight) = self.shares(other);
+            zeta.merge(&other.zeta, share, weight);
         }
-        if self.walks == 0 {
-            return other.preconditioned();
-        }
-        let (share, weight) = self.shares(other);
-        let mut zeta = self.zeta;
-        zeta.merge(&other.zeta, share, weight);
         let scored = self.scored > 0 || other.scored > 0;
         let replicates = self.replicates.saturating_add(other.replicates);
         estimate((self.walks + other.walks, replicates), &zeta, scored)
