@@ -275,7 +275,11 @@ impl Statistics {
     /// [`merge`](Self::merge) would give, without a copy of either.
     #[must_use]
     pub fn preconditioned_with(&self, other: &Self) -> Estimate {
-        let mut zeta = if self.walks == 0 { other.zeta } else { self.zeta };
+        let mut zeta = if self.walks == 0 {
+            other.zeta
+        } else {
+            self.zeta
+        };
         if self.walks > 0 && other.walks > 0 {
             let (share, weight) = self.shares(other);
             zeta.merge(&other.zeta, share, weight);
