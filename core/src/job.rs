@@ -324,8 +324,7 @@ where
         at_most: u64,
     ) -> Result<(), NotFinite> {
         let course = Course::of(self.options.absorption);
-        let outcome =
-            with_course!(course, course => self.run_walks((goal, number), course, batches, at_most));
+        let outcome = with_course!(course, course => self.run_walks((goal, number), course, batches, at_most));
         if G::IS_SEQUENCE {
             batches.iter_mut().for_each(Batch::become_replicate);
         }
