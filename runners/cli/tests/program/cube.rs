@@ -363,7 +363,9 @@ fn estimates_are_the_known_solutions_at_every_degree() {
             for (_, scalar) in scalars {
                 let flags = ["--json", "--degree", &degree, "--seed", &seed];
                 let flags = [flags.as_slice(), &["--scalar", scalar]].concat();
-                for method in ["walks", "resolvent"] {
+                // In five dimensions few points meet what is large, and walks of the chain are the default.
+                let resolvent = (dimension < 5).then_some("resolvent");
+                for method in resolvent.into_iter().chain(["walks"]) {
                     let flags = [flags.as_slice(), &["--method", method]].concat();
                     check(&folder.solve(&problem, &flags), kernel);
                 }

@@ -2,8 +2,29 @@
 
 use fredholm_model::resolvent::{ResolventAnswer, ResolventQuestion};
 
+use std::sync::Once;
+
+use fredholm_rayon::Observer;
+
 use super::Solver;
-use crate::{Error, Goal, Method, SolveError, Subject};
+use crate::{Error, Goal, Method, SolveError, SolveObserver, Subject};
+
+/// Says that walks are under way as soon as some are.
+struct Walking<'a> {
+    watch: &'a dyn SolveObserver,
+    begun: Once,
+}
+
+impl Observer for Walking<'_> {
+    fn walked(&self, walks: u64) {
+        self.begun.call_once(|| self.watch.walking());
+        self.watch.walked(walks);
+    }
+
+    fn cancelled(&self) -> bool {
+        self.watch.cancelled()
+    }
+}
 
 /// What resolvent walks say to a question.
 #[derive(Debug)]
@@ -80,7 +101,10 @@ impl Solver<'_> {
             goals,
             settings: &self.settings,
             is_prediction,
-            watch: self.watch,
+            watch: &Walking {
+                watch: self.watch,
+                begun: Once::new(),
+            },
         };
         match self.model.by_resolvent(&question) {
             Ok(answer) => Ok(ByResolvent::Answered(answer)),
