@@ -19,7 +19,6 @@ mod resolvent;
 mod setup;
 mod shapes;
 mod singular;
-mod spikes;
 mod starts;
 mod system;
 mod table;

@@ -19,7 +19,7 @@ use fredholm_room::{Grading, Mesh, Scene, Seen, Tables, VisibilityTable};
 
 pub use colours::Colours;
 pub use field::{Field, FieldRequest, Stretch};
-pub use fredholm_model::Spot;
+pub use fredholm_model::{Beside, Spot};
 pub use fredholm_room::Material;
 pub use surfaces::Surfaces;
 
