@@ -326,12 +326,36 @@ fn the_template_runs_as_it_stands() {
         assert!(checked.contains(word), "{checked}");
     }
     let table = fredholm(&["solve", &path]).quietly(0).stdout;
-    for word in ["cube of dimension 1, 100 cells", "weighted", "profile[8]"] {
+    for word in [
+        "cube of dimension 1",
+        "resolvent walks",
+        "weighted",
+        "profile[8]",
+    ] {
         assert!(table.contains(word), "{table}");
     }
     // Every line that is commented out is right where it stands.
     let kink = template.replace("# kernel_integral", "kernel_integral");
-    folder.solve(&kink, &[]).quietly(0);
+    folder.solve(&kink, &["--method", "walks"]).quietly(0);
+    let mut all = template.clone();
+    for key in [
+        "cells",
+        "degree",
+        "points",
+        "pairs",
+        "walks",
+        "absorption",
+        "estimator",
+        "form",
+        "batch",
+    ] {
+        all = all.replace(&format!("# {key} = "), &format!("{key} = "));
+    }
+    let table = folder
+        .solve(&all, &["--target-error", "1e-4"])
+        .quietly(0)
+        .stdout;
+    assert!(table.contains("absorption 0.2"), "{table}");
     let svg = folder.at("profile.svg");
     folder.solve(&template, &["--out", &svg]).quietly(0);
     assert_svg(svg.as_ref());
