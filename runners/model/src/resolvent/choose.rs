@@ -18,7 +18,7 @@ const PAYS: f64 = 0.7;
 /// Seconds of a point, but for values of functions; of a product of two polynomials; and of a number of a matrix that is inverted.
 const POINT: f64 = 100e-9;
 const PRODUCT: f64 = 1e-9;
-const INVERSE: f64 = 1.5e-9;
+const INVERSE: f64 = 0.25e-9;
 
 /// What was chosen.
 pub(super) struct Chosen<'a> {

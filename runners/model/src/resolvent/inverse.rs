@@ -85,10 +85,15 @@ impl Factors {
     /// Solves for some columns; whether no pivot was 0.
     fn solve(&self, columns: &mut DMatrixViewMut<'_, f64>) -> bool {
         let width = self.matrix.nrows();
+        // Rows of L were exchanged with those of all blocks behind theirs.
         for (from, panel) in (0..width).step_by(BLOCK).zip(&self.panels) {
+            panel
+                .p()
+                .permute_rows(&mut columns.rows_mut(from, width - from));
+        }
+        for from in (0..width).step_by(BLOCK) {
             let own = BLOCK.min(width - from);
             let mut below = columns.rows_mut(from, width - from);
-            panel.p().permute_rows(&mut below);
             let (mut solved, mut rest) = below.rows_range_pair_mut(0..own, own..);
             let diagonal = self.matrix.view((from, from), (own, own));
             diagonal.solve_lower_triangular_with_diag_mut(&mut solved, 1.0);
