@@ -292,7 +292,9 @@ fn a_full_disk_leaves_no_part_of_a_file() {
         assert!(text.ends_with('\n'), "{name}: {text}");
     }
     let picture = out.at("field.csv");
-    let args = ["render", &glowing, "--walks", "1", "--width", "150", "--out", &picture];
+    let args = [
+        "render", &glowing, "--walks", "1", "--width", "150", "--out", &picture,
+    ];
     let ran = wait(limited(FULL_DISK, &args));
     assert_eq!(ran.status, Some(1), "{ran:?}");
     assert_eq!(out.names(), ["new"]);
