@@ -1,5 +1,5 @@
 //! Every check can fail: for each there is a problem that is broken on purpose and that it must
-//! catch, for three base seeds. `cargo test -p fredholm-tests --test suite kit -- --nocapture` prints the
+//! catch, for one of three base seeds by day. `cargo test -p fredholm-tests --test suite kit -- --nocapture` prints the
 //! table.
 
 use core::sync::atomic::{AtomicU64, Ordering};
