@@ -58,7 +58,7 @@ pub struct Known {
 }
 
 impl Known {
-    /// With what other points tell.
+    /// Adds what other points tell.
     #[must_use]
     pub fn and(self, other: Self) -> Self {
         Self {
