@@ -423,3 +423,133 @@ fn chosen(mut jumps: Vec<Jump>, ends: Vec<f64>, most: usize) -> Vec<f64> {
     edges.sort_unstable_by(f64::total_cmp);
     edges
 }
+
+#[cfg(test)]
+mod tests {
+    use alloc::vec;
+    use alloc::vec::Vec;
+
+    use super::{Grid, edges};
+    use crate::galerkin::Cells;
+    use crate::resolvent::Regular;
+    use crate::{Located, Space};
+
+    /// An equation on [0, 1]^2 of one cell, with this kernel and source.
+    #[derive(Clone, Copy, Debug)]
+    struct Square {
+        kernel: fn(&[f64; 2], &[f64; 2]) -> f64,
+        source: fn(&[f64; 2]) -> f64,
+    }
+
+    impl Space for Square {
+        type Scalar = f64;
+        type Point = [f64; 2];
+    }
+
+    impl Cells for Square {
+        const DIMENSION: usize = 2;
+
+        fn cells(&self) -> usize {
+            1
+        }
+
+        fn locate(&self, _: &[f64; 2]) -> usize {
+            0
+        }
+
+        fn measure(&self, _: usize) -> f64 {
+            1.0
+        }
+
+        fn point(&self, _: usize, t: &[f64]) -> [f64; 2] {
+            [t[0], t[1]]
+        }
+
+        fn parameters(&self, x: &Located<[f64; 2]>, t: &mut [f64]) {
+            t.copy_from_slice(&x.point);
+        }
+
+        fn at(&self, x: &[f64]) -> Option<[f64; 2]> {
+            x.try_into().ok()
+        }
+    }
+
+    impl Regular for Square {
+        fn kernel(&self, x: &[f64; 2], y: &[f64; 2]) -> f64 {
+            (self.kernel)(x, y)
+        }
+
+        fn source(&self, x: &[f64; 2]) -> f64 {
+            (self.source)(x)
+        }
+    }
+
+    fn near(x: f64, y: f64) -> f64 {
+        1.0 / (1.0 + (x - y) * (x - y))
+    }
+
+    #[test]
+    fn cells_are_a_partition() {
+        let equation = Square {
+            kernel: |x, y| near(x[0], y[0]),
+            source: |_| 1.0,
+        };
+        let inner = [vec![0.125, 0.7], vec![0.01]];
+        for cells in 3..9 {
+            let grid = Grid::new(equation, &inner, cells);
+            assert_eq!(grid.cells(), cells * cells);
+            let mut all = 0.0;
+            for cell in 0..grid.cells() {
+                all += grid.measure(cell);
+                let point = grid.point(cell, &[0.25, 0.5]);
+                assert_eq!(grid.locate(&point), cell);
+                let mut t = [0.0; 2];
+                grid.parameters(&Located { point, cell }, &mut t);
+                assert!((t[0] - 0.25).abs() < 1e-12 && (t[1] - 0.5).abs() < 1e-12);
+                let ends = [[0.0; 2], [1.0; 2]].map(|t| grid.point(cell, &t));
+                let is_cut = |axis: usize, at: f64| ends[0][axis] < at && at < ends[1][axis];
+                assert!(!is_cut(0, 0.125) && !is_cut(0, 0.7) && !is_cut(1, 0.01));
+            }
+            assert!((all - 1.0).abs() < 1e-12, "{all}");
+        }
+        // An axis with fewer cells than its edges would make is cut as if there were none.
+        let two = Grid::new(equation, &inner, 2);
+        assert_eq!(two.point(3, &[0.0; 2]), [0.5, 0.01]);
+    }
+
+    #[test]
+    fn jumps_at_one_place_are_edges_and_others_are_not() {
+        let found = edges(&Square {
+            kernel: |x, y| near(x[0], y[0]) * if y[1] < 0.3 { 1.0 } else { 2.0 },
+            source: |x| if x[0] < 0.6 { 0.0 } else { 1.0 },
+        });
+        assert_eq!([found[0].len(), found[1].len()], [1; 2], "{found:?}");
+        assert!((found[0][0] - 0.6).abs() < 1e-12 && (found[1][0] - 0.3).abs() < 1e-12);
+        // A jump along x = y, and one on a circle, are at no place of an axis.
+        let none = edges(&Square {
+            kernel: |x, y| if x[0] < y[0] { 1.0 } else { 0.5 },
+            source: |x| if x[0].hypot(x[1]) < 0.6 { 1.0 } else { 2.0 },
+        });
+        assert!(none.iter().all(Vec::is_empty), "{none:?}");
+        // Nor is there one where nothing changes fast, or nothing at all.
+        let smooth = edges(&Square {
+            kernel: |x, y| near(x[0], y[0]) * near(x[1], y[1]),
+            source: |x| x[0] + x[1] * x[1],
+        });
+        assert!(smooth.iter().all(Vec::is_empty), "{smooth:?}");
+    }
+
+    #[test]
+    fn cells_are_dense_beside_a_singularity() {
+        let found = edges(&Square {
+            kernel: |_, y| 1.0 / f64::sqrt(y[0]),
+            source: |_| 1.0,
+        });
+        assert!(found[1].is_empty(), "{found:?}");
+        assert_eq!(
+            found[0].first(),
+            Some(&f64::powi(0.5, found[0].len() as i32))
+        );
+        assert!(found[0].len() >= 5, "{found:?}");
+    }
+}

@@ -141,7 +141,7 @@ pub(super) struct Integrals<'a, E: CustomEquation> {
     pub(super) v: &'a (dyn Fn(&Located<E::Point>) -> f64 + Sync),
     /// The rule of an axis on [0, 1].
     rule: Vec<[f64; 2]>,
-    /// Its nodes in a cell, the last axis fastest: parameters, shares along every axis, and every function.
+    /// Nodes of the rule in a cell, the last axis fastest: parameters, shares along every axis, and every function.
     nodes: Vec<([[f64; MOST_DIMENSIONS]; 2], Vec<f64>)>,
 }
 
