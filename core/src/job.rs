@@ -4,7 +4,7 @@ use core::marker::PhantomData;
 
 use crate::rand_core::{Rng, SeedableRng};
 use crate::uniforms::ControlDraws;
-use crate::walk::{Course, Followed};
+use crate::walk::{Course, Followed, with_course};
 use crate::{
     Absorption, Batch, DefaultGenerator, Equation, Form, Functional, Generators, Length,
     NeighbourOf, NotFinite, RngUniforms, STEP_LIMIT, Start, Value, Walk, WalkNumber, WalkSeeds,
@@ -324,7 +324,7 @@ where
         at_most: u64,
     ) -> Result<(), NotFinite> {
         let course = Course::of(self.options.absorption);
-        let outcome = self.run_walks((goal, number), course, batches, at_most);
+        let outcome = with_course!(course, course => self.run_walks((goal, number), course, batches, at_most));
         if G::IS_SEQUENCE {
             batches.iter_mut().for_each(Batch::become_replicate);
         }

@@ -60,15 +60,15 @@ impl Tolerance {
     /// Whether `statistics` of `batches` batches reach this error, and may be believed.
     #[must_use]
     pub fn reached(&self, statistics: &Statistics, batches: u64) -> bool {
-        let (estimate, std_error) = statistics.preconditioned_error();
-        let bound = self.error_of(estimate);
         let fewest = match statistics.replicates() {
             0 => MIN_BATCHES,
             _ => MIN_REPLICATES,
         };
+        // The error last: square roots are software on a device.
         batches >= fewest
             && statistics.scored() >= MIN_SCORED_WALKS
-            && std_error.is_some_and(|error| error <= bound)
+            && (statistics.preconditioned_error())
+                .is_some_and(|error| error <= self.error_of(statistics.preconditioned_mean()))
     }
 }
 
@@ -286,15 +286,17 @@ impl Schedule {
     /// Why a goal stops whose batches so far are merged in `merged`. `None`: it goes on, with what
     /// is left of the stage or with another one.
     #[must_use]
+    #[inline(never)]
     pub fn stop(&self, merged: &Statistics) -> Option<StopReason> {
         if self.next < self.end {
             return None;
         }
-        match self.options.tolerance {
+        // First: on a device the stack is deepest in what follows.
+        let has_ended = self.next >= self.options.batches();
+        match &self.options.tolerance {
+            None => has_ended.then_some(StopReason::Done),
             Some(tolerance) if tolerance.reached(merged, self.next) => Some(StopReason::Done),
-            _ if self.next < self.options.batches() => None,
-            Some(_) => Some(StopReason::ToleranceNotReached),
-            None => Some(StopReason::Done),
+            Some(_) => has_ended.then_some(StopReason::ToleranceNotReached),
         }
     }
 

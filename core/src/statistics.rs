@@ -256,28 +256,34 @@ impl Statistics {
         estimate(samples, &self.zeta, self.scored > 0)
     }
 
-    /// The preconditioned estimate, and its standard error from two walks on of which one has scored: bit for bit those of
+    /// The standard error of the preconditioned estimate, from two walks on of which one has scored: bit for bit that of
     /// [`preconditioned`](Self::preconditioned).
-    pub(crate) fn preconditioned_error(&self) -> (f64, Option<f64>) {
+    #[inline]
+    pub(crate) fn preconditioned_error(&self) -> Option<f64> {
         let samples = samples(self.walks, self.replicates);
         let has_error = samples > 1 && self.scored > 0;
-        let error = has_error.then(|| std_error(self.zeta.squares, samples, self.walks));
-        (self.zeta.mean, error)
+        has_error.then(|| std_error(self.zeta.squares, samples, self.walks))
+    }
+
+    /// The preconditioned estimate alone.
+    #[inline]
+    pub(crate) const fn preconditioned_mean(&self) -> f64 {
+        self.zeta.mean
     }
 
     /// The preconditioned estimate of these walks and those of `other`, to the bit what
     /// [`merge`](Self::merge) would give, without a copy of either.
     #[must_use]
     pub fn preconditioned_with(&self, other: &Self) -> Estimate {
-        if other.walks == 0 {
-            return self.preconditioned();
+        let mut zeta = if self.walks == 0 {
+            other.zeta
+        } else {
+            self.zeta
+        };
+        if self.walks > 0 && other.walks > 0 {
+            let (share, weight) = self.shares(other);
+            zeta.merge(&other.zeta, share, weight);
         }
-        if self.walks == 0 {
-            return other.preconditioned();
-        }
-        let (share, weight) = self.shares(other);
-        let mut zeta = self.zeta;
-        zeta.merge(&other.zeta, share, weight);
         let scored = self.scored > 0 || other.scored > 0;
         let replicates = self.replicates.saturating_add(other.replicates);
         estimate((self.walks + other.walks, replicates), &zeta, scored)

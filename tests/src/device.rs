@@ -84,15 +84,15 @@ where
     let mut driver = Driver::<_, 1>::new(case, 0, options).unwrap();
     for _ in 0..100 {
         // 4000 walks in the mean.
-        driver.poll(random.next_u64() % 81).unwrap();
+        driver.poll(case, random.next_u64() % 81).unwrap();
         let before = (driver.statistics(), driver.stop());
         let mut bytes = [0; State::<1>::BYTES];
-        driver.save().write(&mut bytes).unwrap();
+        driver.save(case).write(&mut bytes).unwrap();
         driver = Driver::restore(case, 0, options, &State::read(&bytes).unwrap()).unwrap();
         // Walks that were lost and run again would end with the same bits, too.
         assert_eq!((driver.statistics(), driver.stop()), before);
     }
-    driver.poll(u64::MAX).unwrap();
+    driver.poll(case, u64::MAX).unwrap();
     driver.statistics()[0]
 }
 

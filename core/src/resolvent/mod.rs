@@ -43,6 +43,8 @@
 //! estimates it from root mean squares over pairs of cells.
 
 #[cfg(feature = "alloc")]
+mod edges;
+#[cfg(feature = "alloc")]
 mod plan;
 #[cfg(feature = "alloc")]
 mod setup;
@@ -51,9 +53,11 @@ mod walk;
 pub use walk::{CellPoint, Ending, Resolvent, ResolventTables, RestDensity, Stratum, Trace};
 
 #[cfg(feature = "alloc")]
-pub use plan::{GroupScores, Peak, Plan, Round, RoundSum};
+pub use edges::{Grid, edges};
 #[cfg(feature = "alloc")]
-pub use setup::{AxisNode, GalerkinRows, ResolventLooks, grading, singularity};
+pub use plan::{GroupScores, Known, Plan, Round, RoundSum};
+#[cfg(feature = "alloc")]
+pub use setup::{AxisNode, GalerkinRows, PAIR_DRAWS, ResolventLooks, grading, singularity};
 
 use crate::galerkin::Cells;
 

@@ -3,15 +3,19 @@
 use alloc::vec;
 use alloc::vec::Vec;
 
+use super::setup::step_value;
 use super::{
     CellPoint, Ending, Regular, Resolvent, ResolventLooks, ResolventTables, RestDensity, Stratum,
 };
 use crate::galerkin::{GalerkinError, reserve};
 use crate::sobol::Net;
-use crate::{DefaultGenerator, RngUniforms, Uniforms, WalkSeeds};
+use crate::{DefaultGenerator, Real, RngUniforms, Uniforms, WalkSeeds};
 
 /// The part of the mean importance that every stratum has at least: what no table has seen may be there.
 const LEAST: f64 = 0.02;
+/// The part of the mean |D| of all pairs of its first cell that |D| is taken to be on every pair at least, until points tell more: where none met
+/// a jump there may be one. It costs that part of all points.
+const USUAL: f64 = 0.3;
 /// Randomisations of a stratum: fewer tell no error, and longer nets gain more.
 const REPLICATES: u32 = 2;
 /// The most randomisations of one.
@@ -22,8 +26,6 @@ const LARGE: f64 = 1.0 / 32.0;
 const LEAST_POINTS: f64 = 4.0;
 /// τ over the predicted standard deviation: what walks that go on add is then small beside what nets leave.
 const SCALE: f64 = 0.1;
-/// How many times the value of a table a sample may be before the table is raised.
-const PEAK: f64 = 5.0;
 
 /// Which stratum of a plan it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,13 +36,56 @@ enum Kind {
     Rest { cell: u32 },
 }
 
-/// Stratum of a plan with its importance, about the standard deviation of its integral by one point.
+/// Stratum of a plan.
 #[derive(Clone, Copy, Debug)]
 struct Planned {
     kind: Kind,
+    /// The importance for |D| = 1.
+    scale: f64,
+    /// Points at which |D| is known, and the sum of its squares.
+    known: Known,
+    /// About the standard deviation of its integral by one point.
     importance: f64,
-    /// How many times the value of its table |D| is taken to be.
-    raised: f64,
+}
+
+/// What is known of |D| on a stratum.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Known {
+    /// The number of points.
+    pub points: f64,
+    /// The sum of the squares.
+    pub squares: f64,
+}
+
+impl Known {
+    /// Adds what other points tell.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        Self {
+            points: self.points + other.points,
+            squares: self.squares + other.squares,
+        }
+    }
+
+    fn root_mean_square(self) -> f64 {
+        Real::sqrt(self.squares / self.points)
+    }
+}
+
+impl Planned {
+    /// A stratum of which nothing is to be learned.
+    const fn of(kind: Kind, importance: f64) -> Self {
+        let known = Known {
+            points: 1.0,
+            squares: 1.0,
+        };
+        Self {
+            kind,
+            scale: importance,
+            known,
+            importance,
+        }
+    }
 }
 
 /// Strata of the integrals that all targets share, or of those that one has to itself. The same plan and seeds give the same numbers
@@ -48,8 +93,6 @@ struct Planned {
 #[derive(Clone, Debug)]
 pub struct Plan<'a, P> {
     strata: Vec<Planned>,
-    /// The importance that every stratum has at least.
-    least: f64,
     all: f64,
     std_dev: f64,
     /// The sizes of the coefficients of cells, of strata that all targets share.
@@ -91,16 +134,8 @@ pub struct GroupScores {
     pub points: u64,
     /// The number of steps beyond the first.
     pub steps: u64,
-    /// Where |D| was larger than it should be.
-    pub peak: Option<Peak>,
-}
-
-/// Stratum in which |D| was much larger than its table has it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Peak {
-    stratum: u32,
-    /// How many times the value of the table it was.
-    times: f64,
+    /// What was seen of |D| on strata, by their numbers in the plan.
+    pub seen: Vec<(u32, Known)>,
 }
 
 /// Sum over a round: one unbiased estimate with its error bar.
@@ -129,30 +164,21 @@ impl<'a, P: Copy> Plan<'a, P> {
         for ((from, size), measure) in (0_u32..).zip(&sizes).zip(tables.measures) {
             let left = measure * size;
             let rest = looks.rests.get(from as usize).copied();
-            strata.push(Planned {
-                kind: Kind::Source { cell: from },
-                importance: left * rest.unwrap_or(f64::NAN),
-                raised: 1.0,
-            });
-            strata.extend((0..cells).map(|into| Planned {
-                kind: Kind::Pair {
-                    from,
-                    into: into as u32,
-                },
-                importance: left * looks.importance(from as usize, into, tables.measures),
-                raised: 1.0,
-            }));
+            let source = Kind::Source { cell: from };
+            strata.push(Planned::of(source, left * rest.unwrap_or(f64::NAN)));
+            let pair = |into| Kind::Pair { from, into };
+            strata.extend(pairs(looks, tables, (from as usize, left), pair));
         }
-        let plan = Self {
+        let mut plan = Self {
             strata,
-            least: 0.0,
             all: 0.0,
             std_dev: 0.0,
             sizes,
             point: None,
             rest: None,
         };
-        Ok(plan.with_least())
+        plan.set_importance();
+        Ok(plan)
     }
 
     /// The strata of the value at a point.
@@ -165,21 +191,18 @@ impl<'a, P: Copy> Plan<'a, P> {
         point: &'a CellPoint<P>,
     ) -> Result<Self, GalerkinError> {
         let mut strata = reserve(looks.values.len())?;
-        strata.extend((0..looks.values.len()).map(|into| Planned {
-            kind: Kind::FromPoint { into: into as u32 },
-            importance: looks.importance(point.cell, into, tables.measures),
-            raised: 1.0,
-        }));
-        let plan = Self {
+        let to_cell = |into| Kind::FromPoint { into };
+        strata.extend(pairs(looks, tables, (point.cell, 1.0), to_cell));
+        let mut plan = Self {
             strata,
-            least: 0.0,
             all: 0.0,
             std_dev: 0.0,
             sizes: Vec::new(),
             point: Some(point),
             rest: None,
         };
-        Ok(plan.with_least())
+        plan.set_importance();
+        Ok(plan)
     }
 
     /// The strata of what polynomials leave of a functional, with its root mean square on every cell.
@@ -194,39 +217,32 @@ impl<'a, P: Copy> Plan<'a, P> {
     ) -> Result<Self, GalerkinError> {
         let mut strata = reserve(sizes.len())?;
         let own = sizes.iter().zip(looks.values.iter().zip(tables.measures));
-        strata.extend(
-            (0_u32..)
-                .zip(own)
-                .map(|(cell, (size, (value, measure)))| Planned {
-                    kind: Kind::Rest { cell },
-                    importance: size * value * measure,
-                    raised: 1.0,
-                }),
-        );
-        let plan = Self {
+        strata.extend((0_u32..).zip(own).map(|(cell, (size, (value, measure)))| {
+            Planned::of(Kind::Rest { cell }, size * value * measure)
+        }));
+        let mut plan = Self {
             strata,
-            least: 0.0,
             all: 0.0,
             std_dev: 0.0,
             sizes: Vec::new(),
             point: None,
             rest: Some(rest),
         };
-        Ok(plan.with_least())
+        plan.set_importance();
+        Ok(plan)
     }
 
-    fn with_least(mut self) -> Self {
-        let sum: f64 = self.strata.iter().map(|own| own.importance).sum();
+    fn set_importance(&mut self) {
+        let importance = |own: &Planned| own.scale * own.known.root_mean_square();
+        let sum: f64 = self.strata.iter().map(importance).sum();
         // Where tables are 0 everywhere one stratum is as good as another.
         let count = self.strata.len().max(1) as f64;
         let least = if sum > 0.0 { LEAST * sum / count } else { 1.0 };
         self.strata
             .iter_mut()
-            .for_each(|own| own.importance += least);
-        self.least = least;
+            .for_each(|own| own.importance = importance(own) + least);
         self.std_dev = sum;
         self.all = sum + least * count;
-        self
     }
 
     /// The standard deviation of a point, as the tables predict it: without what nets gain.
@@ -235,16 +251,14 @@ impl<'a, P: Copy> Plan<'a, P> {
         self.std_dev
     }
 
-    /// Raises the importance of strata in which |D| was much larger than their tables have it.
-    pub fn raise(&mut self, peaks: impl Iterator<Item = Peak>) {
-        for Peak { stratum, times } in peaks {
+    /// Takes what was seen of |D| into its tables: a round that follows is as unbiased with them.
+    pub fn learn(&mut self, seen: impl IntoIterator<Item = (u32, Known)>) {
+        for (stratum, known) in seen {
             if let Some(own) = self.strata.get_mut(stratum as usize) {
-                own.importance = self.least + (own.importance - self.least) * times / own.raised;
-                own.raised = times;
+                own.known = own.known.and(known);
             }
         }
-        self.all = self.strata.iter().map(|own| own.importance).sum();
-        self.std_dev = self.all;
+        self.set_importance();
     }
 
     /// About so many points, with these draws.
@@ -328,7 +342,6 @@ impl<P: Copy> Round<'_, '_, P> {
         &self,
         number: usize,
         resolvent: &Resolvent<'_, E>,
-        looks: &ResolventLooks,
     ) -> GroupScores {
         let Some(group) = self.groups.get(number) else {
             return GroupScores::default();
@@ -355,9 +368,9 @@ impl<P: Copy> Round<'_, '_, P> {
             replicates: group.replicates,
             points: points * u64::from(group.replicates),
             steps: 0,
-            peak: None,
+            seen: Vec::new(),
         };
-        let mut worst = PEAK;
+        let mut seen = vec![Known::default(); group.strata.len()];
         for (replicate, means) in (0..).zip(all.means.chunks_exact_mut(width)) {
             let mut net = Net::new(&self.seeds, group.first + replicate, coordinates);
             for _ in 0..points {
@@ -379,19 +392,19 @@ impl<P: Copy> Round<'_, '_, P> {
                 let factor = group.importance / own.importance / points as f64;
                 let trace = resolvent.score(&stratum, (&ending, factor), &mut draws, means);
                 all.steps += trace.steps;
-                let Some(known) = self.known(own.kind, looks) else {
-                    continue;
-                };
-                let times = trace.difference / known;
-                if times > worst * own.raised && times.is_finite() {
-                    worst = times / own.raised;
-                    all.peak = Some(Peak {
-                        stratum: number,
-                        times,
-                    });
+                if let (Some(to), true) = (seen.get_mut(place), trace.difference.is_finite()) {
+                    to.points += 1.0;
+                    to.squares += trace.difference * trace.difference;
                 }
             }
         }
+        let seen = group.strata.iter().copied().zip(seen);
+        all.seen = seen
+            .filter(|&(number, known)| {
+                let has_pair = |own: &Planned| own.kind.has_pair();
+                known.points > 0.0 && planned(&number).is_some_and(has_pair)
+            })
+            .collect();
         all
     }
 
@@ -417,17 +430,6 @@ impl<P: Copy> Round<'_, '_, P> {
             },
         })
     }
-
-    /// The value of the table of |D| that a stratum has.
-    fn known(&self, kind: Kind, looks: &ResolventLooks) -> Option<f64> {
-        let (from, into) = match kind {
-            Kind::Pair { from, into } => (from as usize, into),
-            Kind::FromPoint { into } => (self.plan.point?.cell, into),
-            _ => return None,
-        };
-        let pair = from * looks.values.len() + into as usize;
-        looks.differences.get(pair).copied()
-    }
 }
 
 impl Kind {
@@ -438,6 +440,42 @@ impl Kind {
             _ => None,
         }
     }
+
+    /// Whether |D| is met in it.
+    const fn has_pair(self) -> bool {
+        matches!(self, Self::Pair { .. } | Self::FromPoint { .. })
+    }
+}
+
+/// The pairs of one cell, or of a point there, with all others.
+fn pairs(
+    looks: &ResolventLooks,
+    tables: &ResolventTables<'_>,
+    (from, left): (usize, f64),
+    kind: impl Fn(u32) -> Kind,
+) -> impl Iterator<Item = Planned> {
+    let cells = looks.values.len();
+    let largest = looks.values.iter().copied().fold(0.0, f64::max);
+    let row = looks.differences.get(from * cells..(from + 1) * cells);
+    let row = row.unwrap_or(&[]);
+    let all: f64 = tables.measures.iter().sum();
+    let sizes = row.iter().zip(tables.measures);
+    let mean: f64 = sizes.map(|(d, measure)| d * measure / all).sum();
+    let usual = USUAL * mean;
+    let own = row.iter().zip(looks.values.iter().zip(tables.measures));
+    (0_u32..)
+        .zip(own)
+        .map(|(into, (difference, (value, measure)))| Planned {
+            kind: kind(into),
+            scale: left * step_value(*value, largest) * measure,
+            known: Known {
+                points: looks.points,
+                squares: looks.points * (difference * difference + usual * usual),
+            },
+            importance: 0.0,
+        })
+        .collect::<Vec<_>>()
+        .into_iter()
 }
 
 impl RoundSum {

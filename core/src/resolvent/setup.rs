@@ -9,12 +9,17 @@ use crate::galerkin::{GalerkinError, MOST_DIMENSIONS, buffer, fill_products, res
 use crate::{DefaultGenerator, Real, RngUniforms, Uniforms, WalkSeeds};
 
 /// Random points of a pair of cells by which |K − K_n| is known there, at least: with 4, or one node, the tail of scores is heavy.
-const PAIR_DRAWS: u32 = 12;
+pub const PAIR_DRAWS: u32 = 12;
+/// How far within the corners of a pair K − K_n is looked at in one dimension, where a jump that cuts little off a pair has a corner in
+/// it: K may have no value in a corner itself.
+const INSET: f64 = 1.0 / 64.0;
 /// Random points of all pairs together, and of all cells with themselves, at least: few cells are looked at as closely as many.
 const ALL_DRAWS: usize = 1 << 14;
 /// Random points of a cell with itself that are near to x = y, at least, and how near they are.
 const RIDGE_DRAWS: u32 = 64;
 const RIDGE_GRADING: i32 = 4;
+/// How many times the root mean square by uniform points that by near ones is where points are drawn near.
+const RIDGE: f64 = 2.0;
 /// Random points of a cell by which g and r₀ are known there.
 const CELL_DRAWS: u32 = 32;
 /// The part of its largest that |g| has at least in a table of steps: where g is 0 the solution may not be.
@@ -33,6 +38,15 @@ const FINE: i32 = 24;
 const LEAST_EXPONENT: f64 = 0.05;
 /// The largest power of a uniform number: beyond it points lie nearer than rounding tells.
 const MOST_GRADING: i32 = 6;
+/// The steps between points of an axis, whose multiples are spread over [0, 1]: fractions of √2, √3, √5, √7, √11 and √13.
+pub(super) const STEPS: [f64; MOST_DIMENSIONS] = [
+    0.414_213_562,
+    0.732_050_808,
+    0.236_067_977,
+    0.645_751_311,
+    0.316_624_790,
+    0.605_551_275,
+];
 /// The number of goals from which on draws are those of tables.
 const LOOKS: u64 = u64::MAX - 8;
 
@@ -297,7 +311,7 @@ pub fn singularity<E: Regular>(equation: &E) -> f64 {
     if median > LEAST_EXPONENT { median } else { 0.0 }
 }
 
-/// How points of a step within a cell draw near to its start ([`ResolventTables::grading`]): such that K times the share of a point is
+/// How points of a step within a cell draw near to its start ([`ResolventTables::near`]): such that K times the share of a point is
 /// bounded where K grows like |x − y|^−a. 1: they are uniform.
 #[must_use]
 pub fn grading(exponent: f64, dimension: usize) -> i32 {
@@ -316,6 +330,8 @@ pub fn grading(exponent: f64, dimension: usize) -> i32 {
 pub struct ResolventLooks {
     /// The root mean square of D over every pair of cells, n × n numbers.
     pub differences: Vec<f64>,
+    /// The number of points of a pair that have told it.
+    pub points: f64,
     /// The root mean square of g over every cell.
     pub values: Vec<f64>,
     /// The root mean square of r₀ over every cell.
@@ -331,12 +347,13 @@ pub struct ResolventLooks {
 }
 
 impl<E: Regular> Resolvent<'_, E> {
-    /// Fills the root mean squares of D over the pairs of a cell with all others, from draws of its own.
-    pub fn look_at_pairs(&self, cell: usize, row: &mut [f64]) {
+    /// Fills the root mean squares of D over the pairs of a cell with all others, from draws of its own, and returns
+    /// [`ResolventTables::near`] of the cell.
+    pub fn look_at_pairs(&self, cell: usize, row: &mut [f64]) -> i32 {
         let seeds = WalkSeeds::<DefaultGenerator>::new(0, LOOKS);
         let mut draws = RngUniforms(seeds.generator(cell as u64));
         let cells = row.len();
-        let count = PAIR_DRAWS.max((ALL_DRAWS / (cells * cells).max(1)) as u32);
+        let count = pair_draws(cells);
         let near = RIDGE_DRAWS.max((ALL_DRAWS / cells.max(1)) as u32);
         for (into, out) in row.iter_mut().enumerate() {
             let mut sum = 0.0;
@@ -346,23 +363,67 @@ impl<E: Regular> Resolvent<'_, E> {
                 let difference = share * self.difference(&x, &y);
                 sum += difference * difference;
             }
-            *out = Real::sqrt(sum / f64::from(count));
-            if into == cell && self.tables.grading == 1 {
-                *out = out.max(self.ridge(cell, near, &mut draws));
+            let mut points = f64::from(count);
+            if E::DIMENSION == 1 {
+                let square = |x: f64, y: f64| {
+                    let [x, y] = [self.at(cell, &[x]), self.at(into, &[y])];
+                    let difference = self.difference(&x, &y);
+                    difference * difference
+                };
+                // Of two points of one cell neither is the other.
+                let [left, right] = [INSET, 0.5 * INSET].map(|inset| [inset, 1.0 - inset]);
+                let corners = left.into_iter().flat_map(|x| right.map(|y| square(x, y)));
+                // All corners tell as much as one point.
+                sum += 0.25 * corners.filter(|square| square.is_finite()).sum::<f64>();
+                points += 1.0;
+            }
+            *out = Real::sqrt(sum / points);
+        }
+        let own = self.tables.near.get(cell).copied().unwrap_or(1);
+        let found = row.get(cell).copied().unwrap_or(0.0);
+        if own > 1 {
+            return own;
+        }
+        let [ridge, of_scores] = self.ridge([cell, cell], near, &mut draws);
+        if !(ridge > RIDGE * found) {
+            if let Some(out) = row.get_mut(cell) {
+                *out = found.max(ridge);
+            }
+            return 1;
+        }
+        for into in cell.saturating_sub(1)..(cell + 2).min(cells) {
+            let is_next = into != cell;
+            if is_next && E::DIMENSION > 1 {
+                continue;
+            }
+            let [_, of_next] = match is_next {
+                true => self.ridge([cell, into], RIDGE_DRAWS, &mut draws),
+                false => [ridge, of_scores],
+            };
+            if let Some(out) = row.get_mut(into) {
+                *out = of_next;
             }
         }
+        RIDGE_GRADING
     }
 
-    /// The root mean square of D over the pair of a cell with itself, from draws that are dense near x = y: a narrow ridge there is what
-    /// kernels have most, and few uniform points meet it.
-    fn ridge(&self, cell: usize, count: u32, draws: &mut RngUniforms<DefaultGenerator>) -> f64 {
-        let squares = (0..count).map(|_| {
+    /// The root mean square of D over a pair of cells, and that of what draws score which are dense near x = y: a narrow ridge there is
+    /// what kernels have most, and few uniform points meet it.
+    fn ridge(
+        &self,
+        [cell, into]: [usize; 2],
+        count: u32,
+        draws: &mut RngUniforms<DefaultGenerator>,
+    ) -> [f64; 2] {
+        let (mut squares, mut scores) = (0.0, 0.0);
+        for _ in 0..count {
             let x = self.drawn(cell, draws);
-            let (y, share) = self.draw_near(&x, RIDGE_GRADING, draws);
+            let (y, share) = self.draw_near(&x, into, RIDGE_GRADING, draws);
             let difference = self.difference(&x, &y);
-            share * difference * difference
-        });
-        Real::sqrt(squares.sum::<f64>() / f64::from(count))
+            squares += share * difference * difference;
+            scores += share * share * difference * difference;
+        }
+        [squares, scores].map(|sum| Real::sqrt(sum / f64::from(count)))
     }
 
     fn drawn(&self, cell: usize, draws: &mut RngUniforms<DefaultGenerator>) -> CellPoint<E::Point> {
@@ -406,7 +467,7 @@ impl<E: Regular> Resolvent<'_, E> {
         {
             let leads = row.iter_mut().zip(own).zip(values.iter().zip(measures));
             for ((to, difference), (value, measure)) in leads {
-                *to = difference * (value + LEAST_VALUE * largest) * measure;
+                *to = difference * step_value(*value, largest) * measure;
                 *stay += *to;
             }
             let mut up_to = 0.0;
@@ -436,6 +497,7 @@ impl<E: Regular> Resolvent<'_, E> {
         Ok(ResolventLooks {
             radius: radius(&differences, &sizes, measures)?,
             differences,
+            points: f64::from(pair_draws(cells)),
             values,
             rests,
             steps,
@@ -445,16 +507,14 @@ impl<E: Regular> Resolvent<'_, E> {
     }
 }
 
-impl ResolventLooks {
-    /// The importance of a step of the pair of these cells: the root mean square of D g over it, times the measure of the second.
-    #[must_use]
-    pub fn importance(&self, from: usize, into: usize, measures: &[f64]) -> f64 {
-        let cells = self.values.len();
-        let largest = self.values.iter().copied().fold(0.0, f64::max);
-        let of = |table: &[f64], place: usize| table.get(place).copied().unwrap_or(f64::NAN);
-        let value = of(&self.values, into) + LEAST_VALUE * largest;
-        of(&self.differences, from * cells + into) * value * of(measures, into)
-    }
+/// What |g| of a cell counts for where steps lead into it.
+pub(super) fn step_value(value: f64, largest: f64) -> f64 {
+    value + LEAST_VALUE * largest
+}
+
+/// Random points of a pair of cells by which |D| is known there.
+fn pair_draws(cells: usize) -> u32 {
+    PAIR_DRAWS.max((ALL_DRAWS / (cells * cells).max(1)) as u32)
 }
 
 /// ‖R_ij‖ = √(μ_i μ_j) |R̂_ij| of every pair of cells, by Frobenius' norm.

@@ -28,9 +28,9 @@ pub struct ResolventTables<'a> {
     pub stays: &'a [f64],
     /// For every cell the importances of the cells to which the resolvent leads, each with all before it: n × n numbers.
     pub jumps: &'a [f64],
-    /// How points of a step within a cell draw near to its start where K is singular at x = y: their distance is a uniform number
-    /// to this power. 1: they are uniform in the cell.
-    pub grading: i32,
+    /// For every cell how half of the points of a step within it draw near to its start, where K is singular or narrow at x = y: their
+    /// distance is a uniform number to this power. 1: all are uniform in the cell.
+    pub near: &'a [i32],
 }
 
 /// Point of a known cell, and the functions there.
@@ -284,38 +284,68 @@ impl<E: Regular> Resolvent<'_, E> {
         into: usize,
         draws: &mut U,
     ) -> (CellPoint<E::Point>, f64) {
-        if self.tables.grading <= 1 || z.cell != into {
+        let power = |cell: usize| self.tables.near.get(cell).copied().unwrap_or(1);
+        let is_next = E::DIMENSION == 1 && z.cell.abs_diff(into) == 1;
+        let power = match (z.cell == into, is_next) {
+            (true, _) => power(into),
+            (_, true) => power(into).max(power(z.cell)),
+            _ => 1,
+        };
+        if power <= 1 {
             return (self.draw(into, draws), 1.0);
         }
-        self.draw_near(z, self.tables.grading, draws)
+        self.draw_near(z, into, power, draws)
     }
 
-    /// A point of the cell of z whose distance from it is a uniform number to a power, with its share.
-    #[inline]
+    /// A point of the cell of z, or, in one dimension, of the next one, with its share: half of them are uniform, and the distance of the
+    /// others from z, or from the common end, is a uniform number to a power. Cells of one dimension that are next to each other
+    /// have numbers that are; where they have others, half of the points are uniform nevertheless.
     pub(super) fn draw_near<U: Uniforms<f64>>(
         &self,
         z: &CellPoint<E::Point>,
+        into: usize,
         power: i32,
         draws: &mut U,
     ) -> (CellPoint<E::Point>, f64) {
         // Rounding tells points apart that are as far as that.
         let epsilon = <E::Scalar as Real>::EPSILON.to_f64();
         let nearest = 4.0 * epsilon * self.tables.measures.len() as f64;
-        let mut t = z.parameters;
-        let mut share = 1.0;
+        let mut t = match into.cmp(&z.cell) {
+            core::cmp::Ordering::Less => [1.0; MOST_DIMENSIONS],
+            core::cmp::Ordering::Equal => z.parameters,
+            core::cmp::Ordering::Greater => [0.0; MOST_DIMENSIONS],
+        };
+        let (mut density, mut is_near) = (1.0, None);
         let own = t.get_mut(..E::DIMENSION).unwrap_or(&mut []);
         for t in own.iter_mut() {
-            let uniform: f64 = draws.uniform();
+            let mut uniform: f64 = draws.uniform();
+            // The first coordinate tells which half it is.
+            let is_near = *is_near.get_or_insert_with(|| {
+                let is_near = uniform < 0.5;
+                uniform = 2.0 * uniform - if is_near { 0.0 } else { 1.0 };
+                is_near
+            });
             // Below the start or above it, by their lengths.
             let (at, from, length) = match uniform < *t {
                 true => (uniform / *t, -1.0, *t),
                 false => ((uniform - *t) / (1.0 - *t), 1.0, 1.0 - *t),
             };
-            share *= f64::from(power) * power_of(at, power - 1);
-            let distance = (length * power_of(at, power)).max(nearest);
-            *t = (*t + from * distance).clamp(0.0, 1.0);
+            // What a uniform number is whose power gives the distance.
+            let root = match is_near {
+                true => at,
+                false if from < 0.0 => root_of(1.0 - at, power),
+                false => root_of(at, power),
+            };
+            density /= f64::from(power) * power_of(root, power - 1);
+            *t = match is_near {
+                true => {
+                    let distance = (length * power_of(at, power)).max(nearest);
+                    (*t + from * distance).clamp(0.0, 1.0)
+                }
+                false => uniform,
+            };
         }
-        (self.at(z.cell, own), share)
+        (self.at(into, own), 2.0 / (1.0 + density))
     }
 
     /// An estimate of W (u − g)(y): by roulette the walk goes on, or the estimate is 0.
@@ -378,6 +408,11 @@ impl<E: Regular> Resolvent<'_, E> {
             sum += weight * self.value(&y);
         }
     }
+}
+
+/// The number above 0 of which this is the power.
+fn root_of(number: f64, power: i32) -> f64 {
+    Real::exp(Real::ln(number) / f64::from(power))
 }
 
 /// A number to a power.

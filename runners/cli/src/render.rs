@@ -7,6 +7,7 @@ mod view;
 
 use std::path::Path;
 
+use fredholm::scene::Beside;
 use fredholm::{Error, WalkOptions};
 use fredholm_file::Resolution;
 use fredholm_parts::output::Output;
@@ -22,6 +23,14 @@ pub(crate) use room::shares;
 
 /// Walks of a global estimate, for all pixels together.
 const WHOLE_WALKS: u64 = 8192;
+
+/// What is wanted beside a picture.
+const fn beside(args: &RenderArgs) -> Beside {
+    match args.side_by_side {
+        true => Beside::PlainAsLong,
+        false => Beside::Nothing,
+    }
+}
 
 /// The formats.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

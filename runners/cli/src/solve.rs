@@ -7,6 +7,7 @@ use fredholm::answer::Answer;
 use fredholm::choice::choose;
 use fredholm::memory::{bytes, refuse_beyond_memory};
 use fredholm::report::Report;
+use fredholm::resolvent::ResolventAnswer;
 use fredholm::{
     Choices, Error, Goal, Model, Partitioned, Settings, SolveError, Solver, Target, asked_way_back,
 };
@@ -358,6 +359,34 @@ pub(crate) fn walk(problem: &Problem, progress: &Progress<'_>) -> Result<Answer,
     })
 }
 
+/// What resolvent walks would do, for `check`.
+fn resolvent_rows(
+    path: &Path,
+    model: &dyn Model,
+    problem: &Problem,
+    answer: &ResolventAnswer,
+) -> String {
+    let threads = std::thread::available_parallelism().map_or(1, core::num::NonZero::get);
+    let numbers = 2 * size_of::<f64>() * answer.unknowns.pow(2);
+    let time = short(answer.setup_seconds + answer.walk_seconds / threads as f64);
+    let rows = [
+        ("problem", model.about().kind.to_owned()),
+        ("method", "resolvent walks".to_owned()),
+        ("cells", answer.cells.to_string()),
+        ("degree", answer.degree.to_string()),
+        ("unknowns", answer.unknowns.to_string()),
+        ("scalar", problem.resolved.settings.scalar.word().to_owned()),
+        ("targets", problem.goals.len().to_string()),
+        ("radius", short(answer.radius)),
+        ("condition", short(answer.condition)),
+        ("points", format!("about {:.1e}", answer.points as f64)),
+        ("memory", format!("about {}", bytes(numbers as u64))),
+        ("time", format!("about {time} s on {threads} threads")),
+    ];
+    let rows = rows.map(|(name, value)| format!("{name:<10} {value}\n"));
+    format!("{} is valid\n{}", path.display(), rows.concat())
+}
+
 /// Runs `check`.
 pub(crate) fn check(path: &Path, out: Option<&Path>, signals: &Signals) -> Result<Ended, Failure> {
     let scene = crate::scene::read(path)?;
@@ -382,6 +411,16 @@ pub(crate) fn check(path: &Path, out: Option<&Path>, signals: &Signals) -> Resul
     progress.say("choosing".to_owned());
     let back = problem.way_back()?;
     let model = back.as_deref().unwrap_or(problem.model());
+    let solver = Solver::with(model, settings.clone(), targets.clone()).observer(&progress);
+    match solver.predict_resolvent() {
+        Ok(Some(answer)) => {
+            progress.done();
+            return print(resolvent_rows(path, model, &problem, &answer)).map(|()| Ended::Done);
+        }
+        Ok(None) => {}
+        Err(SolveError::Failed(error)) => return Err(fail(error)),
+        Err(error) => return Err(Failure::run(error)),
+    }
     let chosen = match choose(model, targets, settings, &progress) {
         Err(Error::Cancelled) => {
             progress.done();
@@ -400,9 +439,7 @@ pub(crate) fn check(path: &Path, out: Option<&Path>, signals: &Signals) -> Resul
         Some(_) => model.partition(&settings.discretisation()).map_err(&fail)?,
         None => {
             let cells = cut(&problem.file, model, settings, goals)?;
-            if settings.method != Some(fredholm::Method::Resolvent) {
-                cells.check_variance(&walk).map_err(&fail)?;
-            }
+            cells.check_variance(&walk).map_err(&fail)?;
             cells
         }
     };

@@ -1,6 +1,7 @@
 //! One thread, bounded pieces of work, small state.
 
 use core::fmt;
+use core::marker::PhantomData;
 
 use fredholm_core::{
     Batch, Estimate, Job, NotFinite, RunOptions, RunOptionsError, Schedule, Statistics, StopReason,
@@ -44,14 +45,15 @@ impl core::error::Error for DriverError {}
 /// Runs the walks of a goal in pieces that the caller chooses: from a main loop, between two
 /// interrupts, within a watchdog's period. S goals that share their walks, channels say, are run together.
 ///
-/// It owns nothing but numbers; the job and its tables are borrowed. The pieces change no bit of the result, which is that of any
-/// other runner of the same job with the same options.
+/// It owns nothing but numbers: the job is lent to it in every call, always the same one. The pieces change no
+/// bit of the result, which is that of any other runner of the same job with the same options.
 #[derive(Debug)]
-pub struct Driver<'a, J: ?Sized, const S: usize = 1> {
-    job: &'a J,
+pub struct Driver<J: ?Sized, const S: usize = 1> {
     /// The number of the first of the goals.
     first: usize,
     position: Position<S>,
+    // Not a reference: the compiler would lose sight of the job with every call that changes the position.
+    job: PhantomData<fn(&J)>,
 }
 
 /// What changes from walk to walk.
@@ -64,23 +66,23 @@ pub(crate) struct Position<const S: usize> {
     pub(crate) schedule: Schedule,
 }
 
-impl<'a, J: Job + ?Sized, const S: usize> Driver<'a, J, S> {
+impl<J: Job + ?Sized, const S: usize> Driver<J, S> {
     /// A run of the S goals from number `first` on that has not begun.
     ///
     /// # Errors
     /// [`DriverError`].
     #[inline(always)]
-    pub fn new(job: &'a J, first: usize, options: RunOptions) -> Result<Self, DriverError> {
+    pub fn new(job: &J, first: usize, options: RunOptions) -> Result<Self, DriverError> {
         let schedule = Schedule::new(options).map_err(DriverError::Options)?;
         Self::check(job, first)?;
         Ok(Self {
-            job,
             first,
             position: Position {
                 merged: [Statistics::default(); S],
                 batches: [Batch::new(0, options.batch, options.walks); S],
                 schedule,
             },
+            job: PhantomData,
         })
     }
 
@@ -91,22 +93,22 @@ impl<'a, J: Job + ?Sized, const S: usize> Driver<'a, J, S> {
     }
 
     /// Goes on from a position that fits the job.
-    pub(crate) const fn at(job: &'a J, first: usize, position: Position<S>) -> Self {
+    pub(crate) const fn at(first: usize, position: Position<S>) -> Self {
         Self {
-            job,
             first,
             position,
+            job: PhantomData,
         }
     }
 
-    /// Runs at most `walks` further walks and says where the run stands. A walk is never cut in
+    /// Runs at most `walks` further walks of the driver's job and says where the run stands. A walk is never cut in
     /// two, so that the longest piece of work is one walk of `step_limit` states.
     ///
     /// # Errors
     /// [`NotFinite`]: a walk scored an infinity or NaN. It is not in the statistics, and the run
     /// stands before it.
-    pub fn poll(&mut self, walks: u64) -> Result<Progress, NotFinite> {
-        self.advance(walks, |position| {
+    pub fn poll(&mut self, job: &J, walks: u64) -> Result<Progress, NotFinite> {
+        self.advance(job, walks, |position| {
             position.end_batch();
             if position.has_ended() && position.stop().is_none() {
                 position.schedule.begin_stage();
@@ -123,11 +125,12 @@ impl<'a, J: Job + ?Sized, const S: usize> Driver<'a, J, S> {
     /// As [`poll`](Self::poll).
     pub fn poll_with_tails(
         &mut self,
+        job: &J,
         walks: u64,
         tails: &mut [Tail; S],
         floor: f64,
     ) -> Result<Progress, NotFinite> {
-        self.advance(walks, |position| {
+        self.advance(job, walks, |position| {
             for (tail, batch) in tails.iter_mut().zip(&position.batches) {
                 tail.add(batch.statistics());
             }
@@ -149,14 +152,20 @@ impl<'a, J: Job + ?Sized, const S: usize> Driver<'a, J, S> {
     #[inline(always)]
     fn advance(
         &mut self,
+        job: &J,
         walks: u64,
         mut end: impl FnMut(&mut Position<S>),
     ) -> Result<Progress, NotFinite> {
         let mut left = walks;
         while left > 0 && !self.position.has_ended() {
             let before = self.position.walks_of_batch();
-            self.job.run(self.first, &mut self.position.batches, left)?;
-            left = left.saturating_sub(self.position.walks_of_batch() - before);
+            job.run(self.first, &mut self.position.batches, left)?;
+            let run = self.position.walks_of_batch() - before;
+            // A job that has no such goal is another one.
+            if run == 0 {
+                break;
+            }
+            left = left.saturating_sub(run);
             if self.position.batches.first().is_none_or(Batch::is_done) {
                 end(&mut self.position);
             }
@@ -184,13 +193,7 @@ impl<'a, J: Job + ?Sized, const S: usize> Driver<'a, J, S> {
         self.position.stop()
     }
 
-    /// The job that is run.
-    #[must_use]
-    pub const fn job(&self) -> &'a J {
-        self.job
-    }
-
-    /// The number of the first of its goals.
+    /// The number of the first of the goals.
     #[must_use]
     pub const fn first(&self) -> usize {
         self.first

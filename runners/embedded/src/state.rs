@@ -224,7 +224,7 @@ fn checksum(head: &[u8; HEAD], rest: &[u8]) -> u32 {
     Checksum::new().bytes(head).bytes(rest).finish()
 }
 
-impl<'a, 'g, E, N, T, G, const S: usize> Driver<'a, Goals<'g, E, N, T, G>, S>
+impl<'g, E, N, T, G, const S: usize> Driver<Goals<'g, E, N, T, G>, S>
 where
     E: Equation,
     N: NeighbourOf<E> + ?Sized,
@@ -235,11 +235,11 @@ where
     /// The state to keep through a reset. Runs the first four walks again, whose scores tell at
     /// [`restore`](Self::restore) whether everything is as it was.
     #[must_use]
-    pub fn save(&self) -> State<S> {
+    pub fn save(&self, job: &Goals<'g, E, N, T, G>) -> State<S> {
         let position = self.position();
         State {
-            options: options_sum(position.schedule.options(), &self.job().options),
-            walks: walks_sum(self.job(), self.first() / S.max(1)),
+            options: options_sum(position.schedule.options(), &job.options),
+            walks: walks_sum(job, self.first() / S.max(1)),
             stage_end: position.schedule.stage().end,
             merged: position.merged,
             batches: position.batches.map(|batch| *batch.statistics()),
@@ -251,7 +251,7 @@ where
     /// # Errors
     /// [`StateError::OtherOptions`], [`StateError::OtherWalks`], [`StateError::Contradiction`], [`StateError::Driver`].
     pub fn restore(
-        job: &'a Goals<'g, E, N, T, G>,
+        job: &Goals<'g, E, N, T, G>,
         first: usize,
         options: RunOptions,
         state: &State<S>,
@@ -266,7 +266,7 @@ where
             return Err(StateError::OtherWalks);
         }
         let position = state.position(&options).ok_or(StateError::Contradiction)?;
-        Ok(Self::at(job, first, position))
+        Ok(Self::at(first, position))
     }
 }
 

@@ -3,7 +3,7 @@
 //! `cargo run --profile dist -p fredholm-file --example view -- FILE.toml WIDTH LONG X,Y,Z X,Y,Z ANGLE`: WIDTH pixels along
 //! both sides, LONG walks a pixel for the long run, and the camera's place, the point in the middle and its angle.
 
-use fredholm::scene::{Camera, View, ViewRequest};
+use fredholm::scene::{Beside, Camera, View, ViewRequest};
 use fredholm::{Observer, WalkOptions};
 use fredholm_file::Resolution;
 
@@ -47,7 +47,7 @@ fn main() -> Result<(), Failed> {
         size: [width, width],
     };
     let cut = resolved.settings.discretisation();
-    let views = |seed, walks, beside_plain| {
+    let views = |seed, walks, beside| {
         let walk = WalkOptions {
             seed,
             walks,
@@ -56,12 +56,12 @@ fn main() -> Result<(), Failed> {
         let request = ViewRequest {
             camera: &camera,
             walk: &walk,
-            beside_plain,
+            beside,
         };
         scene.view(&cut, &request, &Nobody, &|| ())
     };
-    let (long, _) = views(2, long.parse()?, false)?;
-    let (own, plain) = views(1, 16, true)?;
+    let (long, _) = views(2, long.parse()?, Beside::Nothing)?;
+    let (own, plain) = views(1, 16, Beside::PlainAsLong)?;
     for (name, view) in [("preconditioned", Some(&own)), ("plain", plain.as_ref())] {
         let Some(view) = view else { continue };
         let [square, median] = off(view, &long);

@@ -15,4 +15,6 @@ pub struct About {
     pub takes_any_cells: bool,
     /// Whether kernel evaluations tell the work; otherwise the clock does.
     pub counts_evaluations: bool,
+    /// Whether an open method means resolvent walks: its kernel is a function on pairs of points, of few dimensions.
+    pub takes_resolvent: bool,
 }

@@ -1,8 +1,13 @@
 //! Refusals of walks of infinite variance, the same for all kinds.
 
 use fredholm_core::Absorption;
+use fredholm_core::galerkin::collatz_wielandt_bounds;
 
 use crate::Error;
+use crate::numbers::dot;
+
+/// The most powers of a matrix that are looked at.
+const POWERS: u32 = 100;
 
 /// Refuses plain walks unless the spectral radius of T_k²p is below 1; `of` is what it depends on.
 ///
@@ -53,4 +58,17 @@ pub fn refuse(
         radius,
         absorption: absorption.probability(),
     })
+}
+
+/// The spectral radius of a matrix of so many rows without negative entries, from above.
+#[must_use]
+pub fn radius_above(rows: usize, entries: &[f64]) -> f64 {
+    let (mut w, mut next) = (vec![1.0; rows], vec![0.0; rows]);
+    let mut apply = |w: &[f64], out: &mut [f64]| {
+        for (out, row) in out.iter_mut().zip(entries.chunks_exact(rows)) {
+            *out = dot(row, w);
+        }
+    };
+    let [_, upper] = collatz_wielandt_bounds(&mut apply, &mut w, &mut next, POWERS);
+    upper
 }

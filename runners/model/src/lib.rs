@@ -21,6 +21,8 @@ mod question;
 pub mod resolvent;
 mod saved;
 mod settings;
+pub mod singular;
+pub mod spikes;
 mod spot;
 mod written;
 
@@ -41,4 +43,4 @@ pub use model::{
 pub use options::{Choice, Choices, Method, Pairs, Scalar, Sequence};
 pub use saved::{SavedSystem, SystemOf};
 pub use settings::{Discretisation, Settings, WalkOptions};
-pub use spot::{BLANK, Spot};
+pub use spot::{BLANK, Beside, Spot};

@@ -14,6 +14,8 @@ pub struct ResolventQuestion<'a> {
     pub goals: &'a [Goal],
     /// The settings; of these cells, degree, points, tolerance, time limit and seed are heeded.
     pub settings: &'a Settings,
+    /// Whether nothing is walked: cells and degree are chosen, and the points that they take are predicted.
+    pub is_prediction: bool,
     /// Who sees what the solution is at, and may cancel it.
     pub watch: &'a dyn Observer,
 }
@@ -57,6 +59,8 @@ pub struct ResolventAnswer {
     pub radius: f64,
     /// The condition number of I − K' in the maximum norm.
     pub condition: f64,
+    /// The part of a value that rounding leaves unknown, by the condition number and the scalar.
+    pub rounding: f64,
     /// The number of all points.
     pub points: u64,
     /// The number of all steps beyond the first.
@@ -75,6 +79,6 @@ impl ResolventAnswer {
     /// The error that rounding leaves of a value, which more points do not lower.
     #[must_use]
     pub fn floor(&self, value: f64) -> f64 {
-        self.condition * f64::EPSILON * value.abs()
+        self.rounding * value.abs()
     }
 }

@@ -173,6 +173,25 @@ impl Settings {
         })
     }
 
+    /// Whether something is said that walks of the equation's chain have, and resolvent walks have not.
+    #[must_use]
+    pub fn is_of_walks(&self) -> bool {
+        self.pairs.is_some()
+            || self.lift.is_some()
+            || self.score_degree.is_some()
+            || self.global.is_some()
+            || self.points.is_some()
+            || self.absorption.is_some()
+            || self.estimator.is_some()
+            || self.form.is_some()
+            || self.sequence.is_some()
+            || self.forced_steps.is_some()
+            || self.last_step.is_some()
+            || self.adjoint.is_some()
+            || self.batch.is_some()
+            || self.allow_infinite_variance
+    }
+
     /// The degree to which v is lifted, if it is: 0 says that it is not, and is not by the choice either.
     #[must_use]
     pub fn lifted(&self) -> Option<usize> {

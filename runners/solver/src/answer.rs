@@ -18,7 +18,7 @@ use fredholm_model::{Derived, Prepared, Request, Then};
 ///
 /// ```
 /// use fredholm::choice::ChoiceReport;
-/// use fredholm::{CubeModel, Observer, Settings, SolveObserver, Solver};
+/// use fredholm::{CubeModel, Method, Observer, Settings, SolveObserver, Solver};
 ///
 /// struct Prints;
 /// impl Observer for Prints {}
@@ -29,7 +29,8 @@ use fredholm_model::{Derived, Prepared, Request, Then};
 /// }
 ///
 /// let u = CubeModel::from_fn::<1>(|x, y| 0.5 * x[0] * y[0], |x| x[0]);
-/// let report = Solver::new(&u).mean().observer(&Prints).solve_to(1e-3)?;
+/// let solver = Solver::new(&u).method(Method::Walks).mean();
+/// let report = solver.observer(&Prints).solve_to(1e-3)?;
 /// assert!(report.choice.is_some());
 /// # Ok::<(), fredholm::SolveError>(())
 /// ```

@@ -28,7 +28,7 @@ pub mod model {
     };
 }
 
-pub use fredholm_model::{channels, cost, heat, memory, numbers};
+pub use fredholm_model::{channels, cost, heat, memory, numbers, resolvent};
 
 pub use fredholm_cube_model as cube;
 pub use fredholm_room_model as room;

@@ -3,6 +3,7 @@
 mod adjoint;
 mod error;
 mod extra;
+mod resolvent;
 mod whole;
 
 pub use adjoint::asked_way_back;
@@ -20,13 +21,11 @@ use crate::point::Point;
 use crate::report::{Report, Run};
 use crate::sweep::{PLAIN_WALKS, Rates, Row, Sweep};
 use crate::systems::{SystemStore, Systems};
-use crate::{
-    Error, Goal, Method, Model, Pairs, Partitioned, Region, Scalar, Settings, Subject, WeightFn,
-};
+use crate::{Error, Goal, Method, Model, Pairs, Partitioned, Region, Scalar, Settings, WeightFn};
 use fredholm_model::Request;
 use fredholm_model::memory::refuse_beyond_memory;
-use fredholm_model::resolvent::ResolventQuestion;
 use fredholm_model::{Ask, Target, goals};
+use resolvent::ByResolvent;
 
 pub use error::SolveError;
 
@@ -320,9 +319,16 @@ impl<'m> Solver<'m> {
         if let Some(back) = asked_way_back(self.model, &self.settings, &goals)? {
             return self.of_model(&*back).solve();
         }
-        if self.settings.method == Some(Method::Resolvent) {
-            return self.solve_by_resolvent(&goals, &exact);
-        }
+        let refused = match self.by_resolvent(&goals, false)? {
+            ByResolvent::Answered(answer) => {
+                let settings = &self.settings;
+                return self.reported(Report::of_resolvent(
+                    self.model, &goals, &exact, settings, &answer,
+                ));
+            }
+            ByResolvent::Refused(error) => Some(error),
+            ByResolvent::NotAsked => None,
+        };
         if self.settings.global == Some(true) {
             return self.reported(Report::of_whole(
                 &self.whole()?,
@@ -331,35 +337,8 @@ impl<'m> Solver<'m> {
                 (None, &self.means),
             )?);
         }
-        self.solve_by_walks(&targets, &goals, &exact)
-    }
-
-    /// Solves by resolvent walks.
-    fn solve_by_resolvent(
-        &self,
-        goals: &[Goal],
-        exact: &[Option<f64>],
-    ) -> Result<Report, SolveError> {
-        if !self.execute.takes_whole() {
-            return Err(SolveError::Failed(Error::Option {
-                subject: Subject::Problem,
-                message: "resolvent walks are those of one process: leave parts of a run out, or use another `method`"
-                    .to_owned(),
-            }));
-        }
-        let question = ResolventQuestion {
-            goals,
-            settings: &self.settings,
-            watch: self.watch,
-        };
-        let answer = self.model.by_resolvent(&question)?;
-        self.reported(Report::of_resolvent(
-            self.model,
-            goals,
-            exact,
-            &self.settings,
-            &answer,
-        ))
+        let walked = self.solve_by_walks(&targets, &goals, &exact);
+        walked.map_err(|error| resolvent::reason(error, refused))
     }
 
     /// Solves by walks of the chain.

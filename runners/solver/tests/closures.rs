@@ -3,7 +3,9 @@
 use core::sync::atomic::{AtomicU64, Ordering};
 use std::sync::Arc;
 
-use fredholm::{CubeModel, Observer, Pairs, Report, Scalar, SolveError, SolveObserver, Solver};
+use fredholm::{
+    CubeModel, Method, Observer, Pairs, Report, Scalar, SolveError, SolveObserver, Solver,
+};
 
 /// ½ x y, whose solution with F(x) = x is 6x/5.
 fn product() -> CubeModel {
@@ -45,6 +47,7 @@ fn weights_are_functions_of_the_coordinates() {
         .diagnose()
         .unwrap();
     let measured = Solver::new(&model)
+        .method(Method::Walks)
         .weight("first", |x| x[0])
         .cells(8)
         .walks(1 << 17)
@@ -131,10 +134,11 @@ fn the_integral_of_a_kernel_allows_pointwise_pairs() {
         agrees(&solver.cells(10).walks(20_000).solve().unwrap(), 4.5);
     }
     let wrong = CubeModel::from_fn::<1>(kernel, source).with_integral(|_, x, y| x * y);
-    let error = Solver::new(&wrong).mean().solve().unwrap_err();
+    let walks = |model| Solver::new(model).method(Method::Walks).mean();
+    let error = walks(&wrong).solve().unwrap_err();
     assert!(error.to_string().contains("not the integral"), "{error}");
     let many = CubeModel::from_fn::<2>(|_, _| 0.5, |_| 1.0).with_integral(primitive);
-    let error = Solver::new(&many).mean().solve().unwrap_err();
+    let error = walks(&many).solve().unwrap_err();
     assert!(error.to_string().contains("in one dimension"), "{error}");
 }
 
@@ -207,6 +211,7 @@ fn a_thousand_points_take_one_set_up_are_seen_and_cancelled() {
             most,
         };
         let solver = Solver::new(&model).grid(side).cells(6).walks(4096);
+        let solver = solver.method(Method::Walks);
         let result = solver.observer(&sees).solve();
         let [before, walked, begun] =
             [sees.before, sees.walked, sees.begun].map(AtomicU64::into_inner);

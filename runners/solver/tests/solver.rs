@@ -8,8 +8,8 @@ use fredholm::room::Material;
 use fredholm::room::{RoomModel, Surfaces};
 use fredholm::sphere::Parameters;
 use fredholm::{
-    CircleModel, CubeModel, Error, Estimator, Model, Observer, Pairs, Region, Report, Scalar,
-    Sequence, SolveError, SolveObserver, Solver, SphereModel,
+    CircleModel, CubeModel, Error, Estimator, Method, Model, Observer, Pairs, Region, Report,
+    Scalar, Sequence, SolveError, SolveObserver, Solver, SphereModel,
 };
 
 /// u(x) = ½ ∫ exp(−(x − y)²) u(y) dy + x on [0, 1].
@@ -175,6 +175,7 @@ fn lifts_gain_and_keep_the_mean() {
     let mut worst = 0.0_f64;
     for (model, cells, gain) in cases {
         let solver = Solver::new(model)
+            .method(Method::Walks)
             .at(0.3)
             .at(0.8)
             .mean()
@@ -273,6 +274,7 @@ fn a_circle_and_a_sphere() {
 fn a_thousand_points_have_one_set_up() {
     let model = gauss();
     let solver = Solver::new(&model)
+        .method(Method::Walks)
         .grid(1000)
         .cells(20)
         .degree(2)
@@ -280,6 +282,7 @@ fn a_thousand_points_have_one_set_up() {
     let report = solver.solve().unwrap();
     assert_eq!(report.goals.len(), 1000);
     let one = Solver::new(&model)
+        .method(Method::Walks)
         .at(0.0)
         .cells(20)
         .degree(2)
@@ -334,6 +337,7 @@ fn a_cancelled_run_keeps_its_results() {
 fn an_error_that_is_not_reached_is_no_success() {
     let model = gauss();
     let solver = Solver::new(&model).at(0.3).cells(5).degree(0).walks(8192);
+    let solver = solver.method(Method::Walks);
     let error = solver.solve_to(1e-12).unwrap_err();
     assert!(matches!(error, SolveError::NotReached(_)), "{error}");
     assert_eq!(error.report().unwrap().goals[0].walks, 8192);
@@ -408,6 +412,10 @@ fn what_an_equation_does_not_have_is_refused() {
 fn what_is_predicted_is_what_is_done() {
     let model = gauss();
     let solver = Solver::new(&model).mean().at(0.3);
+    let answer = solver.predict_resolvent().unwrap().unwrap();
+    let report = solver.solve().unwrap();
+    assert_eq!((answer.cells, answer.degree), (report.cells, report.degree));
+    let solver = solver.method(Method::Walks);
     let (settings, predicted) = solver.clone().predict(1e-5).unwrap().unwrap();
     let report = solver.clone().solve_to(1e-5).unwrap();
     assert_eq!(settings.cells, Some(report.cells));
@@ -476,6 +484,7 @@ fn lifts_are_predicted() {
 fn no_gain_is_told_without_an_error() {
     let gain = |model: &CubeModel, degree: usize| {
         let solver = Solver::new(model).mean().cells(4).degree(degree);
+        let solver = solver.method(Method::Walks);
         let text = solver.walks(1000).solve().unwrap().to_string();
         let row = text.lines().find(|line| line.starts_with("mean")).unwrap();
         row.split_whitespace().last().unwrap().to_owned()

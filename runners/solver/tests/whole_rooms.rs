@@ -1,7 +1,7 @@
 //! The global estimate of rooms and spheres: what it says against fine solutions, and its bands against what they promise.
 //! `FREDHOLM_LONG` takes 1,000 seeds, and 10⁸ states for unbiasedness.
 
-use fredholm::room::{FieldRequest, Material, Spot, Stretch, Surfaces};
+use fredholm::room::{Beside, FieldRequest, Material, Spot, Stretch, Surfaces};
 use fredholm::{
     Estimator, Form, GlobalEstimate, Model, Pairs, Region, RoomModel, Scalar, SolveError, Solver,
     SphereModel,
@@ -176,7 +176,7 @@ fn pictures_are_those_of_a_fine_solution() {
         positions: &positions,
         stretches: &stretches,
         walk: &settings.walk_options(),
-        beside_plain: false,
+        beside: Beside::Nothing,
     };
     let field = model
         .whole_field(&settings.discretisation(), &request, &(), &|| ())

@@ -222,13 +222,16 @@ where
 {
     let mut driver = Driver::<_, S>::new(job, 0, run_options()).expect("options with walks");
     loop {
-        let progress = driver.poll(47).expect("finite scores");
+        let progress = driver.poll(job, 47).expect("finite scores");
         if progress.stop.is_some() {
             return Some(driver.statistics().to_vec());
         }
         if progress.walks == 329 {
             let mut bytes = vec![0; State::<S>::BYTES];
-            driver.save().write(&mut bytes).expect("room for a state");
+            driver
+                .save(job)
+                .write(&mut bytes)
+                .expect("room for a state");
             let state = State::read(&bytes).expect("whole bytes");
             driver = Driver::restore(job, 0, run_options(), &state).ok()?;
         }

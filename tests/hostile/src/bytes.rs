@@ -274,11 +274,11 @@ pub fn state_with_checksum(bytes: &[u8]) {
     };
     let mut fresh = Driver::<_, 1>::new(&job, 0, options).expect("possible options");
     let done = if first & 0x80 == 0 { 0 } else { 25 };
-    fresh.poll(done).expect("walks of the toy are finite");
+    fresh.poll(&job, done).expect("walks of the toy are finite");
 
     // The bytes say what is changed in a good state, but for what says what it is of.
     let [sum, numbers] = HEAD;
-    let mut mended = written(&fresh.save());
+    let mut mended = written(&fresh.save(&job));
     let (head, changeable) = mended.split_at_mut(numbers);
     let (length, rest) = head[6..sum].split_at_mut(2);
     // The options and the walks stand between.
@@ -300,7 +300,7 @@ pub fn state_with_checksum(bytes: &[u8]) {
                 return;
             }
         };
-    assert_eq!(written(&driver.save()), mended, "saved as restored");
+    assert_eq!(written(&driver.save(&job)), mended, "saved as restored");
     let before = driver.statistics()[0].walks();
     assert!(
         before <= options.walks,
@@ -310,12 +310,13 @@ pub fn state_with_checksum(bytes: &[u8]) {
     if before <= 1000 && options.tolerance.is_none() {
         // The walks that are done are the first ones, in the same batches.
         let mut same = Driver::<_, 1>::new(&job, 0, options).expect("possible options");
-        same.poll(before).expect("walks of the toy are finite");
+        same.poll(&job, before)
+            .expect("walks of the toy are finite");
         let batch = numbers + Statistics::BYTES;
         let walks = |bytes: &[u8]| [&bytes[numbers..][..8], &bytes[batch..][..8]].concat();
-        assert_eq!(walks(&written(&same.save())), walks(&mended));
+        assert_eq!(walks(&written(&same.save(&job))), walks(&mended));
     }
-    let progress = driver.poll(3).expect("walks of the toy are finite");
+    let progress = driver.poll(&job, 3).expect("walks of the toy are finite");
     let after = driver.statistics()[0].walks();
     assert!((before..=before + 3).contains(&after) && progress.walks == after);
     assert_eq!(driver.stop(), progress.stop);

@@ -13,6 +13,7 @@ mod system;
 mod text;
 
 pub use bytes::{state, state_with_checksum, table, table_with_checksum};
+pub use memory::Bound;
 pub use part::{good_part, part, part_with_checksum};
-pub use system::{good_systems, system, system_of_numbers, system_with_checksum};
+pub use system::{good_systems, models, system, system_of_numbers, system_with_checksum};
 pub use text::{deck, formula, problem_file, scene};

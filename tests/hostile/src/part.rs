@@ -69,21 +69,3 @@ pub fn good_part() -> Vec<u8> {
     std::fs::remove_file(&path).expect("what was kept");
     bytes
 }
-
-#[cfg(test)]
-mod tests {
-    use std::path::Path;
-
-    use fredholm_parts::Part;
-
-    use super::{good_part, part, part_with_checksum};
-
-    #[test]
-    fn the_good_part_is_good() {
-        let bytes = good_part();
-        let content = Part::read(Path::new("a"), &bytes).unwrap();
-        assert_eq!(content.runs[0].batches.len(), 3);
-        part(&bytes);
-        part_with_checksum(&bytes);
-    }
-}

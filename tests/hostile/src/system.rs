@@ -73,6 +73,12 @@ static MODELS: LazyLock<Vec<(Box<dyn Model>, Settings)>> = LazyLock::new(|| {
     models.into_iter().map(with).collect()
 });
 
+/// A model of every kind of system, with its settings.
+#[must_use]
+pub fn models() -> &'static [(Box<dyn Model>, Settings)] {
+    &MODELS
+}
+
 /// A good file of every kind of system.
 ///
 /// # Panics
@@ -216,26 +222,4 @@ pub fn system_of_numbers(bytes: &[u8]) {
         *view ^= change;
     }
     restore(&MODELS[kind], &saved);
-}
-
-#[cfg(test)]
-mod tests {
-    use std::path::Path;
-
-    use fredholm_parts::SystemContent;
-
-    use super::{MODELS, good_systems, numbers, system, system_of_numbers, system_with_checksum};
-
-    #[test]
-    fn the_good_systems_are_good() {
-        for (bytes, (model, settings)) in good_systems().iter().zip(MODELS.iter()) {
-            let content = SystemContent::read(Path::new("a"), bytes).unwrap();
-            let cells = model.partition(&settings.discretisation()).unwrap();
-            let again = cells.restore(content.saved.clone()).unwrap();
-            assert_eq!(numbers(&again.saved().unwrap()), numbers(&content.saved));
-            system(bytes);
-            system_with_checksum(bytes);
-        }
-        (0..5).for_each(|kind| system_of_numbers(&[kind]));
-    }
 }

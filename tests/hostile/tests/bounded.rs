@@ -1,6 +1,13 @@
 //! What is repeated, nested and large, and saved states that cannot be: within its memory and time, and refused at its place.
 
-use fredholm_hostile::{deck, formula, problem_file, state_with_checksum, table};
+use core::hint::black_box;
+use std::path::Path;
+
+use fredholm_hostile::{
+    Bound, deck, formula, good_part, good_systems, models, part, part_with_checksum, problem_file,
+    state_with_checksum, system, system_of_numbers, system_with_checksum, table,
+};
+use fredholm_parts::{Part, SystemContent};
 
 mod seeds;
 use seeds::PIECES;
@@ -111,4 +118,42 @@ fn a_state_of_too_many_states_is_refused() {
 #[test]
 fn a_state_that_says_another_length_is_refused() {
     state_with_checksum(&[0, 1, 0]);
+}
+
+const BOUND: Bound = Bound {
+    each: 10,
+    besides: 100,
+};
+
+#[test]
+fn memory_within_the_bound_is_let_through() {
+    assert_eq!(BOUND.holds(90, || black_box(vec![1_u8; 1000]).len()), 1000);
+}
+
+#[test]
+#[should_panic(expected = "an input of 89 bytes took 1000 bytes, more than 990")]
+fn memory_beyond_the_bound_is_found() {
+    BOUND.holds(89, || black_box(vec![1_u8; 1000]).len());
+}
+
+#[test]
+fn the_good_part_is_good() {
+    let bytes = good_part();
+    let content = Part::read(Path::new("a"), &bytes).unwrap();
+    assert_eq!(content.runs[0].batches.len(), 3);
+    part(&bytes);
+    part_with_checksum(&bytes);
+}
+
+/// Every system is made again by its own model; that it has the same numbers is looked at wherever one is read.
+#[test]
+fn the_good_systems_are_good() {
+    for (bytes, (model, settings)) in good_systems().iter().zip(models()) {
+        let content = SystemContent::read(Path::new("a"), bytes).unwrap();
+        let cells = model.partition(&settings.discretisation()).unwrap();
+        cells.restore(content.saved.clone()).unwrap();
+        system(bytes);
+        system_with_checksum(bytes);
+    }
+    (0..5).for_each(|kind| system_of_numbers(&[kind]));
 }

@@ -5,13 +5,13 @@ use core::f64::consts::TAU;
 use fredholm_circle::{Arcs, LitArcs};
 use fredholm_core::galerkin::{AllPointwise, Cells, TransitionMoments};
 use fredholm_core::{Equation, LastStep, Located, Neighbour, NoDraws, Real};
-use fredholm_tests::check::SEEDS;
+use fredholm_tests::check::seeds;
 use fredholm_tests::circle::{Described, LIGHT, RHO, circle, with_polynomials, with_residual};
 use fredholm_tests::examine;
 
 #[test]
 fn one_cell_is_a_partition_too() {
-    for seed in SEEDS {
+    for &seed in seeds() {
         let described = Described::<f64>::new(&[0.5], 1, LIGHT);
         examine::<_, 1>(&described, seed).assert_passed("one cell");
         examine::<_, 5>(&described, seed).assert_passed("one cell of degree 4");

@@ -99,7 +99,7 @@ fn another_generator_has_the_same_bits_from_either_runner() {
     let job = walks.job().with_generator::<ChaCha8Rng>();
     let outcome = fredholm_rayon::run(&job, &RunOptions::new(1000), None, &()).unwrap();
     let mut chacha = Driver::<_, 1>::new(&job, 0, RunOptions::new(1000)).unwrap();
-    chacha.poll(u64::MAX).unwrap();
+    chacha.poll(&job, u64::MAX).unwrap();
     assert_eq!(chacha.statistics(), outcome.statistics[..]);
     assert_ne!(outcome.statistics, check::run(&walks.job(), 1000));
 }
@@ -117,13 +117,13 @@ where
 {
     let mut driver = Driver::<_, S>::new(job, 0, run_options).unwrap();
     for &walks in cuts {
-        driver.poll(walks).unwrap();
+        driver.poll(job, walks).unwrap();
         let mut bytes = vec![0; State::<S>::BYTES];
-        driver.save().write(&mut bytes).unwrap();
+        driver.save(job).write(&mut bytes).unwrap();
         let state = State::read(&bytes).unwrap();
         driver = Driver::restore(job, 0, run_options, &state).unwrap();
     }
-    driver.poll(u64::MAX).unwrap();
+    driver.poll(job, u64::MAX).unwrap();
     (driver.statistics(), driver.stop())
 }
 
@@ -180,17 +180,17 @@ fn polls_are_bounded_and_tell_where_the_run_stands() {
     let walks = Walks::<f64>::new();
     let job = walks.job();
     let mut driver = Driver::<_, 1>::new(&job, 0, run_options(None)).unwrap();
-    assert_eq!(driver.poll(0).unwrap().walks, 0);
+    assert_eq!(driver.poll(&job, 0).unwrap().walks, 0);
     let mut walks = 0;
     while walks < 5000 {
-        let progress = driver.poll(70).unwrap();
+        let progress = driver.poll(&job, 70).unwrap();
         walks = (walks + 70).min(5000);
         let [statistics] = driver.statistics();
         assert_eq!(progress.walks, walks);
         assert_eq!(progress.estimate, statistics.preconditioned());
         assert_eq!(progress.stop, (walks == 5000).then_some(StopReason::Done));
     }
-    assert_eq!(driver.poll(70).unwrap().walks, 5000);
+    assert_eq!(driver.poll(&job, 70).unwrap().walks, 5000);
 }
 
 #[test]
@@ -226,8 +226,8 @@ fn some_state() -> State {
     let walks = Walks::<f64>::new();
     let job = walks.job();
     let mut driver = Driver::new(&job, 0, run_options(None)).unwrap();
-    driver.poll(250).unwrap();
-    driver.save()
+    driver.poll(&job, 250).unwrap();
+    driver.save(&job)
 }
 
 fn bytes_of(state: &State) -> Vec<u8> {
@@ -395,14 +395,14 @@ fn a_score_that_is_not_finite_names_its_walk() {
     let (none, goals) = (NoNeighbour::new(&bad), [Goal::new(At(0.5), Some(0.0))]);
     let job: Goals<'_, _, _, _> = Goals::new(&bad, &none, &goals, WalkOptions::default());
     let mut driver = Driver::<_, 1>::new(&job, 0, run_options(None)).unwrap();
-    let error = driver.poll(5000).unwrap_err();
+    let error = driver.poll(&job, 5000).unwrap_err();
     assert!(error.walk > 0);
     assert_eq!(driver.statistics()[0].walks(), error.walk);
-    assert_eq!(driver.poll(1), Err(error));
-    let mut again = Driver::restore(&job, 0, run_options(None), &driver.save()).unwrap();
-    assert_eq!(again.poll(1), Err(error));
+    assert_eq!(driver.poll(&job, 1), Err(error));
+    let mut again = Driver::restore(&job, 0, run_options(None), &driver.save(&job)).unwrap();
+    assert_eq!(again.poll(&job, 1), Err(error));
     bad.0.store(false, Ordering::Relaxed);
-    assert_eq!(again.poll(1).unwrap().walks, error.walk + 1);
+    assert_eq!(again.poll(&job, 1).unwrap().walks, error.walk + 1);
 }
 
 /// The bytes at a multiple of 8.

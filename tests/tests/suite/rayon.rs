@@ -303,7 +303,7 @@ fn one_by_one(
 fn alone(job: &dyn Job, goal: usize, run_options: RunOptions) -> (Statistics, StopReason) {
     let mut driver = Driver::<_, 1>::new(job, goal, run_options).unwrap();
     loop {
-        if let Some(stop) = driver.poll(77).unwrap().stop {
+        if let Some(stop) = driver.poll(job, 77).unwrap().stop {
             return (driver.statistics()[0], stop);
         }
     }

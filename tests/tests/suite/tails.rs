@@ -68,9 +68,9 @@ fn both(equation: &Power, doubting: bool, piece: u64) -> [(Statistics, StopReaso
     let mut tails = [Tail::default()];
     let stop = loop {
         let progress = if doubting {
-            driver.poll_with_tails(piece, &mut tails, 0.0)
+            driver.poll_with_tails(&job, piece, &mut tails, 0.0)
         } else {
-            driver.poll(piece)
+            driver.poll(&job, piece)
         };
         if let Some(stop) = progress.unwrap().stop {
             break stop;

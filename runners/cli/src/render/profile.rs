@@ -2,7 +2,7 @@
 
 use fredholm::Partitioned;
 use fredholm::numbers::short;
-use fredholm::room::{FieldRequest, RoomModel};
+use fredholm::room::{Beside, FieldRequest, RoomModel};
 use fredholm_plot::{Piece, ProfilePlot};
 
 use super::output::{number_or_nothing, root_mean_square};
@@ -44,7 +44,7 @@ pub(crate) fn content(
         positions: &[],
         stretches: &stretches(&pieces),
         walk: &walk,
-        beside_plain: false,
+        beside: Beside::Nothing,
     };
     let (field, _) = field(picturing, room, &request, &progress)?;
 

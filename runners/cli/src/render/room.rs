@@ -77,7 +77,7 @@ pub(super) fn content(
         positions: &positions,
         stretches: &stretches(&pieces),
         walk: &walk,
-        beside_plain: args.side_by_side,
+        beside: super::beside(args),
     };
     let (mut field, mut plain) = field(picturing, room, &request, &progress)?;
     if args.radiant_temperature {

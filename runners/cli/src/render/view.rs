@@ -32,7 +32,7 @@ pub(super) fn content(
     let request = ViewRequest {
         camera: &camera,
         walk: &walk,
-        beside_plain: args.side_by_side,
+        beside: super::beside(args),
     };
     let progress = picturing.progress(&walk, (width * height) as u64);
     let cut = picturing.problem.resolved.settings.discretisation();

@@ -178,7 +178,7 @@ fn a_target_that_pilots_leave_out_is_reached() {
 
 /// The report of `solve` with this error.
 fn solve(problem: &str, error: &str) -> Value {
-    let args = ["--target-error", error, "--json"];
+    let args = ["--method", "walks", "--target-error", error, "--json"];
     Folder::new().solve(problem, &args).quietly(0).json()
 }
 
@@ -192,8 +192,9 @@ const SPIKE: &str = "problem = { kind = \"cube\", dimension = 1, source = \"1\",
                      \"abs(x-0.5) < 0.001 && abs(y-0.5) < 0.001 ? 5000 : 0.1\" }\n\
                      target = [{ name = \"a\", at = 0.3 }, { name = \"p\", grid = 5 }]\n";
 
+/// Walks of the chain, which have a choice of pairs, absorption and forms.
 fn ran(problem: &str, args: &[&str]) -> Ran {
-    Folder::new().solve(problem, args)
+    Folder::new().solve(problem, &[&["--method", "walks"], args].concat())
 }
 
 #[test]

@@ -12,6 +12,7 @@ emission = { constant = 5.0, amplitude = 1.0, frequency = 5 }
 [galerkin]
 cells = 40
 [walk]
+method = 'walks'
 walks = 100000
 [[target]]
 name = 'point'
@@ -32,6 +33,7 @@ source = '1 + x1'
 [galerkin]
 cells = 6
 [walk]
+method = 'walks'
 walks = 100000
 [[target]]
 name = 'point'
@@ -70,6 +72,7 @@ reflectance = 0.4
 [galerkin]
 cells = 150
 [walk]
+method = 'walks'
 walks = 100000
 [[target]]
 name = 'below'

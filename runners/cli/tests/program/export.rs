@@ -80,7 +80,7 @@ fn device<F: Real + FromBytes + Immutable, const B: usize>(bytes: &[u8]) -> Stat
     let mut options = RunOptions::new(walks());
     options.batch = 512;
     let mut driver = Driver::<_, 1>::new(&job, 0, options).unwrap();
-    driver.poll(u64::MAX).unwrap();
+    driver.poll(&job, u64::MAX).unwrap();
     driver.statistics()[0]
 }
 

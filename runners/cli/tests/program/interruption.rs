@@ -76,7 +76,8 @@ fn walks_end_with_what_is_there() {
             let mean = list(&report, "targets");
             let mean = mean.iter().find(|target| target["name"] == "mean").unwrap();
             let exact = exact.unwrap_or_else(|| number(mean, "exact"));
-            for estimate in ["plain", "preconditioned"] {
+            let plain = (!mean["plain"]["estimate"].is_null()).then_some("plain");
+            for estimate in plain.into_iter().chain(["preconditioned"]) {
                 // Of 18 comparisons one is off by chance in 100,000 runs.
                 let found = &mean[estimate];
                 let allowed = 5.0 * number(found, "std_error") + number(mean, "rounding_floor");
@@ -292,7 +293,9 @@ fn a_full_disk_leaves_no_part_of_a_file() {
         assert!(text.ends_with('\n'), "{name}: {text}");
     }
     let picture = out.at("field.csv");
-    let args = ["render", &glowing, "--walks", "1", "--out", &picture];
+    let args = [
+        "render", &glowing, "--walks", "1", "--width", "150", "--out", &picture,
+    ];
     let ran = wait(limited(FULL_DISK, &args));
     assert_eq!(ran.status, Some(1), "{ran:?}");
     assert_eq!(out.names(), ["new"]);

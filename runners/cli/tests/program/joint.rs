@@ -9,7 +9,7 @@ use serde_json::Value;
 
 /// u = 1 + x², with F = u − ∫ ½xy u dy.
 const LINE: &str = "[problem]\nkind = 'cube'\ndimension = 1\nkernel = '0.5 * x * y'\nsource = '1 + x^2 - 3/8 * x'\n\
-    solution = '1 + x^2'\n[walk]\ntarget_error = 1e-5\n[[target]]\nname = 'u'\ngrid = 20\n";
+    solution = '1 + x^2'\n[walk]\nmethod = 'walks'\ntarget_error = 1e-5\n[[target]]\nname = 'u'\ngrid = 20\n";
 
 #[test]
 fn many_targets_share_walks_where_that_is_faster() {
@@ -77,7 +77,7 @@ fn many_targets_share_walks_where_that_is_faster() {
 fn global_estimates_are_lifted_where_that_is_faster() {
     let folder = Folder::new();
     let file = "[problem]\nkind = 'cube'\ndimension = 2\nkernel = '0.5 * exp(-(x1 - y1)^2 - (x2 - y2)^2)'\n\
-                source = '1 + x1'\n[walk]\ntarget_error = 1e-8\n[[target]]\nname = 'u'\ngrid = [6, 6]\n";
+                source = '1 + x1'\n[walk]\nmethod = 'walks'\ntarget_error = 1e-8\n[[target]]\nname = 'u'\ngrid = [6, 6]\n";
     let lifted = folder.solve(file, &["--json"]).quietly(0).json();
     assert_eq!(lifted["split"]["method"], "global estimate", "{lifted}");
     assert_eq!(lifted["lift"], 6);
@@ -175,7 +175,7 @@ fn random(number: u64) -> String {
         _ => format!("grid = {points}"),
     };
     let mut file = format!(
-        "[problem]\n{problem}[walk]\ntarget_error = {error:e}\n[[target]]\nname = 'u'\n{target}\n"
+        "[problem]\n{problem}[walk]\nmethod = 'walks'\ntarget_error = {error:e}\n[[target]]\nname = 'u'\n{target}\n"
     );
     let _ = write!(file, "[[target]]\nname = 'mean'\nover = 'all'\n");
     file
@@ -187,7 +187,7 @@ fn a_global_estimate_that_is_given_up_is_told() {
     // Jumps of a kernel in two dimensions are off the edges of cells, which rules of T_K do not see; few points tell less of it than
     // all do.
     let file = "[problem]\nkind = 'cube'\ndimension = 2\nkernel_factors = ['abs(x - y) < 0.25 ? 0.8 : 0', 'abs(x - y) < 0.25 ? 0.8 : 0']\n\
-        source = '1 + x1'\n[walk]\ntarget_error = 1e-3\nrelative = true\n[[target]]\nname = 'u'\ngrid = [7, 7]\n";
+        source = '1 + x1'\n[walk]\nmethod = 'walks'\ntarget_error = 1e-3\nrelative = true\n[[target]]\nname = 'u'\ngrid = [7, 7]\n";
     let ran = folder.solve(file, &[]);
     let told = "(global estimate), predicted to take about ";
     assert!(ran.stdout.contains(told), "{ran:?}");
@@ -202,7 +202,7 @@ fn a_global_estimate_that_is_given_up_is_told() {
 fn pilots_of_separate_walks_end_where_one_set_is_better() {
     let folder = Folder::new();
     let file = "[problem]\nkind = 'cube'\ndimension = 1\ndomain = [[-1, 1]]\nkernel = 'abs(x - y) < 0.5 ? 0.4 : 0'\n\
-        source = 'x < 0.3 ? 1 : 0'\n[walk]\ntarget_error = 2e-5\n[[target]]\nname = 'u'\ngrid = 41\n";
+        source = 'x < 0.3 ? 1 : 0'\n[walk]\nmethod = 'walks'\ntarget_error = 2e-5\n[[target]]\nname = 'u'\ngrid = 41\n";
     let split = folder.solve(file, &["--json"]).quietly(0).json()["split"].clone();
     assert_eq!(split["method"], "global estimate", "{split}");
     let of = |field| number(&split, field);

@@ -86,7 +86,7 @@ const SMOOTH: &str = "[problem]\nkind = 'cube'\ndimension = 2\nkernel = '0.5 * e
 fn a_lift_is_chosen_where_it_pays() {
     let folder = Folder::new();
     let solve = |flags: &[&str]| {
-        let all: Vec<&str> = [&["--json"], flags].concat();
+        let all: Vec<&str> = [&["--json", "--method", "walks"], flags].concat();
         folder.solve(SMOOTH, &all).quietly(0).json()
     };
     let (chosen, without) = (solve(&[]), solve(&["--lift", "0"]));
@@ -105,7 +105,7 @@ fn a_lift_and_a_sequence_are_chosen_together() {
     let solve = |error: &str, flags: &[&str]| {
         let file = SMOOTH.replace("-(x1 - y1)^2 - (x2 - y2)^2", "-abs(x1 - y1) - abs(x2 - y2)");
         let file = file.replace("1e-10", error);
-        let all: Vec<&str> = [&["--json"], flags].concat();
+        let all: Vec<&str> = [&["--json", "--method", "walks"], flags].concat();
         folder.solve(&file, &all).quietly(0).json()
     };
     let both = solve("1e-8", &[]);

@@ -47,7 +47,7 @@ where
 {
     let mut driver = Driver::<_, 1>::new(case, 0, options).ok()?;
     loop {
-        let stop = driver.poll(walks).ok()?.stop;
+        let stop = driver.poll(case, walks).ok()?.stop;
         after();
         if stop.is_some() {
             let [statistics] = driver.statistics();

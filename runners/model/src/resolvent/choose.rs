@@ -2,10 +2,10 @@
 
 use fredholm_core::Tolerance;
 use fredholm_core::galerkin::functions;
-use fredholm_core::resolvent::MOST_FUNCTIONS;
+use fredholm_core::resolvent::{MOST_FUNCTIONS, PAIR_DRAWS};
 
 use super::{MOST_RADIUS, MOST_UNKNOWNS, MakeCut, ResolventCut, ResolventQuestion, ResolventSizes};
-use crate::{Error, Settings};
+use crate::{Error, Method, Settings};
 
 /// The degrees that are looked at.
 const DEGREES: [usize; 4] = [0, 1, 2, 4];
@@ -18,9 +18,7 @@ const PAYS: f64 = 0.7;
 /// Seconds of a point, but for values of functions; of a product of two polynomials; and of a number of a matrix that is inverted.
 const POINT: f64 = 100e-9;
 const PRODUCT: f64 = 1e-9;
-const INVERSE: f64 = 1.5e-9;
-/// Random points of a pair of cells in tables.
-const LOOKS: f64 = 12.0;
+const INVERSE: f64 = 0.25e-9;
 
 /// What was chosen.
 pub(super) struct Chosen<'a> {
@@ -142,8 +140,14 @@ impl<'a> Search<'_, 'a> {
     /// Whether there is room for so many unknowns, or they are asked for.
     fn fits(&self, level: usize, degree: usize) -> bool {
         functions(self.sizes.dimension, degree) <= MOST_FUNCTIONS
-            && (self.unknowns(level, degree) <= MOST_UNKNOWNS
-                || self.question.settings.cells.is_some())
+            && (self.unknowns(level, degree) <= MOST_UNKNOWNS || self.is_asked(degree))
+    }
+
+    /// Whether resolvent walks with these cells are asked for, and there is no lower degree.
+    fn is_asked(&self, degree: usize) -> bool {
+        let settings = self.question.settings;
+        let is_lowest = degree == settings.degree.unwrap_or(DEGREES[0]);
+        settings.method == Some(Method::Resolvent) && settings.cells.is_some() && is_lowest
     }
 
     /// What is to be small: seconds, or, without an error that is asked for, variance times seconds.
@@ -254,7 +258,7 @@ impl ResolventSizes {
         let own = functions(self.dimension, degree) as f64;
         let nodes = ((degree + 1) as f64).powi(d) * ((degree + 2) as f64).powi(d);
         let quadrature = nodes * (kernel + PRODUCT * own);
-        let looks = LOOKS * (POINT + kernel + PRODUCT * own * own);
+        let looks = f64::from(PAIR_DRAWS) * (POINT + kernel + PRODUCT * own * own);
         (cells as f64).powi(2) * (quadrature + looks) + INVERSE * (cells as f64 * own).powi(3)
     }
 

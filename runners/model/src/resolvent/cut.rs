@@ -8,18 +8,14 @@ use fredholm_core::resolvent::{
 use fredholm_core::{Located, Real};
 use fredholm_rayon::{Observer, fill_rows};
 use fredholm_variance::gauss;
-use nalgebra::{DMatrix, DMatrixViewMut};
 
+use super::inverse::inverse;
 use super::walks::{Sums, Walks};
 use super::{Functional, RegularKind, ResolventEstimate};
 use crate::{Error, Goal};
 
-/// Columns of the inverse that one thread makes in one go.
-const COLUMNS: usize = 16;
 /// The exponent of |x − y| over d from which on a kernel is taken to have no integral.
 const LEAST_INFINITE: f64 = 0.995;
-/// The condition number from which on nothing is known of a solution: rounding is as large as that.
-const MOST_CONDITION: f64 = 1e14;
 
 /// What is known of a solved equation before any walk.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,6 +26,8 @@ pub struct CutFigures {
     pub radius: f64,
     /// The condition number of I − K' in the maximum norm.
     pub condition: f64,
+    /// The part of a value that rounding leaves unknown.
+    pub rounding: f64,
 }
 
 /// A solved equation of any type.
@@ -83,7 +81,7 @@ pub(super) struct Cut<'k, E: Regular, K> {
     pub(super) correction: Vec<f64>,
     pub(super) looks: ResolventLooks,
     pub(super) condition: f64,
-    pub(super) grading: i32,
+    pub(super) near: Vec<i32>,
     pub(super) rules: [Vec<AxisNode>; 2],
 }
 
@@ -172,54 +170,11 @@ where
         correction,
         looks: nothing,
         condition,
-        grading: near,
+        near: vec![near; cells],
         rules,
     };
-    cut.looks = cut.look()?;
+    (cut.looks, cut.near) = cut.look()?;
     Ok(Box::new(cut))
-}
-
-/// (I − K')⁻¹ row by row, and the condition number of I − K' in the maximum norm.
-fn inverse(kernel: &[f64], width: usize) -> Result<(Vec<f64>, f64), Error> {
-    let mut matrix = DMatrix::from_row_slice(width, width, kernel);
-    let mut largest = 0.0_f64;
-    for row in 0..width {
-        for column in 0..width {
-            let one = if row == column { 1.0 } else { 0.0 };
-            matrix[(row, column)] = one - matrix[(row, column)];
-        }
-        largest = largest.max(matrix.row(row).iter().map(|x| x.abs()).sum());
-    }
-    let factors = matrix.transpose().lu();
-    // Columns of the inverse of the transpose are its rows.
-    let mut inverse: Vec<f64> = buffer(width.saturating_mul(width))?;
-    fill_rows(&mut inverse, COLUMNS * width, |block, rows| {
-        let count = rows.len() / width;
-        for (row, numbers) in rows.chunks_exact_mut(width).enumerate() {
-            numbers[block * COLUMNS + row] = 1.0;
-        }
-        let mut columns = DMatrixViewMut::from_slice(rows, width, count);
-        match factors.solve_mut(&mut columns) {
-            true => Ok(()),
-            false => Err(singular()),
-        }
-    })?;
-    let rows = inverse.chunks_exact(width);
-    let sums = rows.map(|row| row.iter().map(|x| x.abs()).sum::<f64>());
-    let condition = largest * sums.fold(0.0, f64::max);
-    // Written so that NaN is refused.
-    match condition < MOST_CONDITION {
-        true => Ok((inverse, condition)),
-        false => Err(singular()),
-    }
-}
-
-/// No solution, or more than one.
-fn singular() -> Error {
-    Error::Regular {
-        message: "the equation has no solution, or more than one: 1 is an eigenvalue of its kernel, as far as the cells tell"
-            .to_owned(),
-    }
 }
 
 impl<E, K> Cut<'_, E, K>
@@ -245,19 +200,23 @@ where
             steps: &self.looks.steps,
             stays: &self.looks.stays,
             jumps: &self.looks.jumps,
-            grading: self.grading,
+            near: &self.near,
         }
     }
 
-    fn look(&self) -> Result<ResolventLooks, Error> {
+    /// How large K − K_n is, and how points draw near within cells.
+    fn look(&self) -> Result<(ResolventLooks, Vec<i32>), Error> {
         let resolvent = self.resolvent();
         let cells = self.measures.len();
-        let mut differences: Vec<f64> = buffer(cells * cells)?;
-        fill_rows(&mut differences, cells, |cell, row| {
-            resolvent.look_at_pairs(cell, row);
+        let mut rows = vec![(1, vec![0.0; cells]); cells];
+        fill_rows(&mut rows, 1, |cell, rows| {
+            for (near, row) in rows {
+                *near = resolvent.look_at_pairs(cell, row);
+            }
             Ok::<(), Error>(())
         })?;
-        Ok(resolvent.looks(differences)?)
+        let (near, differences): (Vec<i32>, Vec<Vec<f64>>) = rows.into_iter().unzip();
+        Ok((resolvent.looks(differences.concat())?, near))
     }
 
     /// What a goal asks for, with its coefficients (ψ, Φ).
@@ -360,6 +319,7 @@ where
             unknowns: self.source.len(),
             radius: self.looks.radius,
             condition: self.condition,
+            rounding: self.condition * <E::Scalar as Real>::EPSILON.to_f64(),
         }
     }
 
@@ -380,7 +340,7 @@ where
             asked,
             shared,
             own: vec![0.0; count],
-            peaks: vec![Vec::new(); count],
+            seen: vec![Vec::new(); count],
             sums: vec![Sums::default(); count],
             points: 0,
             steps: 0,

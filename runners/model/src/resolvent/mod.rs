@@ -5,6 +5,7 @@
 
 mod choose;
 mod cut;
+mod inverse;
 mod regular;
 mod walks;
 
@@ -16,6 +17,7 @@ pub use crate::question::{ResolventAnswer, ResolventEstimate, ResolventQuestion}
 use crate::{Error, MOST_SECONDS, Settings};
 
 pub use cut::{CutFigures, ResolventCut, ResolventWalks, cut_of};
+pub use fredholm_core::resolvent::{Grid, edges};
 pub use regular::{ByDensity, Functional, RegularKind};
 
 /// The largest spectral radius of (1 + |R_n|)|K − K_n| that is walked with: error bars keep their coverage there.
@@ -32,6 +34,8 @@ const FIRST: f64 = 4096.0;
 const FIRST_SHARE: f64 = 1.0 / 64.0;
 /// Seconds of the first round at most.
 const FIRST_SECONDS: f64 = 1.0;
+/// Seconds of a round at most.
+const MOST_ROUND_SECONDS: f64 = 8.0;
 /// Every round has so many times the points of the one before.
 const GROWTH: f64 = 4.0;
 
@@ -54,6 +58,20 @@ fn widening(freedom: f64) -> f64 {
     let second = (5.0 * z.powi(5) + 16.0 * z.powi(3) + 3.0 * z) / 96.0;
     let third = (3.0 * z.powi(7) + 19.0 * z.powi(5) + 17.0 * z.powi(3) - 15.0 * z) / 384.0;
     1.0 + (first + (second + third / freedom) / freedom) / freedom / z
+}
+
+/// Whether an error is asked for that rounding alone is above: no points reach it.
+fn is_below_rounding(
+    estimates: &[ResolventEstimate],
+    tolerance: &Option<Tolerance>,
+    rounding: f64,
+) -> bool {
+    let floor = |own: &ResolventEstimate| rounding * own.value.abs();
+    match *tolerance {
+        Some(Tolerance::Absolute(error)) => estimates.iter().any(|own| floor(own) > error),
+        Some(Tolerance::Relative(share)) => rounding > share,
+        None => false,
+    }
 }
 
 /// Makes a solved equation with so many cells, and polynomials of this degree.
@@ -95,8 +113,38 @@ pub fn answer(
             let most = FIRST_SECONDS / chosen.seconds;
             (FIRST_SHARE * chosen.points).clamp(FIRST, most.max(FIRST))
         }
-        None => (most / (1.0 + GROWTH + GROWTH * GROWTH)).max(1.0),
+        None => FIRST,
     };
+    if question.is_prediction {
+        let figures = chosen.cut.figures();
+        let points = if settings.tolerance.is_some() {
+            chosen.points
+        } else {
+            most
+        };
+        let known = walks.known().into_iter().map(|known| ResolventEstimate {
+            value: known,
+            known,
+            std_error: f64::INFINITY,
+            freedom: 0.0,
+            points: 0,
+        });
+        return Ok(ResolventAnswer {
+            estimates: known.collect(),
+            cells: chosen.cells,
+            degree: chosen.degree,
+            unknowns: figures.unknowns,
+            radius: figures.radius,
+            condition: figures.condition,
+            rounding: figures.rounding,
+            points: points as u64,
+            steps: 0,
+            rounds: 0,
+            stop: StopReason::Done,
+            setup_seconds,
+            walk_seconds: points * chosen.seconds,
+        });
+    }
     let has_end = settings.walks.is_some() || settings.time_limit.is_some();
     let (mut points, mut rounds) = (0.0, 0);
     let (cells, degree) = (chosen.cells, chosen.degree);
@@ -121,6 +169,14 @@ pub fn answer(
         }
         let is_known = estimates.iter().all(|own| own.freedom >= LEAST_FREEDOM);
         let off = needed(&estimates).unwrap_or(f64::INFINITY);
+        if is_below_rounding(
+            &estimates,
+            &settings.tolerance,
+            chosen.cut.figures().rounding,
+        ) {
+            stop = StopReason::ToleranceNotReached;
+            break;
+        }
         if off <= 1.0 && is_known {
             break;
         }
@@ -140,7 +196,8 @@ pub fn answer(
         if settings.tolerance.is_some() && points >= most {
             stop = StopReason::ToleranceNotReached;
         }
-        next *= GROWTH;
+        // Whoever interrupts waits for a part of a round.
+        next = (next * GROWTH).min((MOST_ROUND_SECONDS / chosen.seconds).max(next));
     }
     let [points, steps] = walks.counts();
     let figures = chosen.cut.figures();
@@ -151,6 +208,7 @@ pub fn answer(
         unknowns: figures.unknowns,
         radius: figures.radius,
         condition: figures.condition,
+        rounding: figures.rounding,
         points,
         steps,
         rounds,

@@ -2,7 +2,7 @@
 
 use fredholm_core::WalkSeeds;
 use fredholm_core::resolvent::{
-    CellPoint, GroupScores, Peak, Plan, Regular, RestDensity, RoundSum,
+    CellPoint, GroupScores, Known, Plan, Regular, RestDensity, RoundSum,
 };
 use fredholm_rayon::{Observer, fill_rows};
 
@@ -31,8 +31,8 @@ pub(super) struct Walks<'c, 'k, E: Regular, K> {
     pub(super) shared: Plan<'c, E::Point>,
     /// The standard deviation of a point of what a goal has for itself.
     pub(super) own: Vec<f64>,
-    /// Where tables of a goal's own were too small.
-    pub(super) peaks: Vec<Vec<Peak>>,
+    /// What walks of a goal's own have seen of |D|.
+    pub(super) seen: Vec<Vec<Known>>,
     pub(super) sums: Vec<Sums>,
     pub(super) points: u64,
     pub(super) steps: u64,
@@ -86,7 +86,7 @@ where
             if watch.cancelled() {
                 return Err(Error::Cancelled);
             }
-            let scores = round.scores(number, &resolvent, &self.cut.looks);
+            let scores = round.scores(number, &resolvent);
             watch.walked(scores.points);
             out.fill(scores);
             Ok(())
@@ -130,12 +130,12 @@ where
         let shared = self.scores(&self.shared, of_all, seeds(SHARED), watch)?;
         let mut own = Vec::with_capacity(goals);
         for (goal, std_dev) in (0_u64..).zip(&self.own) {
-            let peaks = &self.peaks[goal as usize];
+            let seen = &self.seen[goal as usize];
             let scores = self.with_plan(goal as usize, |plan| {
                 let Some(mut plan) = plan else {
                     return Ok(Vec::new());
                 };
-                plan.raise(peaks.iter().copied());
+                plan.learn((0..).zip(seen.iter().copied()));
                 self.scores(&plan, share(*std_dev), seeds(goal), watch)
             })??;
             own.push(scores);
@@ -158,15 +158,19 @@ where
                 .chain(groups)
                 .map(|group| group.points)
                 .sum::<u64>();
-            let peaks = groups.iter().filter_map(|group| group.peak);
-            self.peaks[goal].extend(peaks);
+            let seen = &mut self.seen[goal];
+            for &(number, known) in groups.iter().flat_map(|group| &group.seen) {
+                let number = number as usize;
+                seen.resize(seen.len().max(number + 1), Known::default());
+                seen[number] = seen[number].and(known);
+            }
             self.points += groups.iter().map(|group| group.points).sum::<u64>();
             self.steps += groups.iter().map(|group| group.steps).sum::<u64>();
         }
         self.points += shared.iter().map(|group| group.points).sum::<u64>();
         self.steps += shared.iter().map(|group| group.steps).sum::<u64>();
         self.shared
-            .raise(shared.iter().filter_map(|group| group.peak));
+            .learn(shared.into_iter().flat_map(|group| group.seen));
         Ok(())
     }
 

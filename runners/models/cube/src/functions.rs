@@ -162,7 +162,10 @@ fn explained<F: CubeScalar>(
 }
 
 /// Hands out the functions in one scalar, watched.
-fn watch<F: CubeScalar>(functions: &dyn CubeFunctions, then: &mut dyn FnMut(&Watched<'_, F>)) {
+pub(super) fn watch<F: CubeScalar>(
+    functions: &dyn CubeFunctions,
+    then: &mut dyn FnMut(&Watched<'_, F>),
+) {
     F::with(functions, &mut |values| {
         then(&Watched {
             values,

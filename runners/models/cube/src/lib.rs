@@ -19,7 +19,6 @@ mod resolvent;
 mod setup;
 mod shapes;
 mod singular;
-mod spikes;
 mod starts;
 mod system;
 mod table;
@@ -63,6 +62,8 @@ const LEVEL: usize = 1300;
 const DEFAULT_UNKNOWNS: f64 = 1000.0;
 /// The most cells.
 const MOST_CELLS: usize = 100_000_000;
+/// The dimension up to which an open method means resolvent walks: with more, cells of a degree that pays are more than are inverted.
+const MOST_RESOLVED: usize = 4;
 
 /// An equation on [0, 1]^d, or on another product of intervals: walks and cells are those of [0, 1]^d, points and
 /// functions those of the domain.
@@ -132,6 +133,7 @@ impl Model for CubeModel {
             less_memory: ": use fewer cells, or `kernel_factors` if the kernel is a product",
             takes_any_cells: false,
             counts_evaluations: true,
+            takes_resolvent: self.dimension <= MOST_RESOLVED,
         }
     }
 

@@ -1,32 +1,19 @@
 //! Spectral radii, on which it depends whether variances are finite.
 
-use fredholm_core::galerkin::{buffer, collatz_wielandt_bounds};
+use fredholm_core::galerkin::buffer;
 use fredholm_cube::{Cube, CubeRule, KernelFactors as _, KernelFn as _};
+use fredholm_model::finite::radius_above;
 use fredholm_model::numbers::dot;
-use fredholm_model::{Error, Partitioned as _};
+use fredholm_model::{Error, Partitioned as _, singular, spikes};
 
+use super::CubePartition;
 use super::functions::with_values;
 use super::table::{Table, fill};
-use super::{CubePartition, singular, spikes};
 
-/// The most powers of a matrix that are looked at.
-const POWERS: u32 = 100;
 /// Seconds that are spent in looking at K², about.
 const LOOK_SECONDS: f64 = 1.0;
 /// Cells of a factor's K².
 const FACTOR_CELLS: usize = 200;
-
-/// The spectral radius of a matrix of so many rows without negative entries, from above.
-pub(super) fn of_matrix(rows: usize, entries: &[f64]) -> f64 {
-    let (mut w, mut next) = (vec![1.0; rows], vec![0.0; rows]);
-    let mut apply = |w: &[f64], out: &mut [f64]| {
-        for (out, row) in out.iter_mut().zip(entries.chunks_exact(rows)) {
-            *out = dot(row, w);
-        }
-    };
-    let [_, upper] = collatz_wielandt_bounds(&mut apply, &mut w, &mut next, POWERS);
-    upper
-}
 
 /// The spectral radius of n Σ_ab K'_(ia)(jb)², the means over X_i of ∫_Xj h² p dy, of a table with n cells of so many functions.
 fn of_squares(entries: &[f64], cells: usize, functions: usize) -> f64 {
@@ -39,7 +26,7 @@ fn of_squares(entries: &[f64], cells: usize, functions: usize) -> f64 {
             *sum += cells as f64 * dot(block, block);
         }
     }
-    of_matrix(cells, &squares)
+    radius_above(cells, &squares)
 }
 
 impl<const D: usize> Table<'_, D> {
@@ -80,7 +67,7 @@ impl CubePartition<'_> {
                     };
                     let cube = Cube::new(square, |_: &[f64; 1]| 0.0, FACTOR_CELLS)?;
                     let table = CubeRule::new(&cube, 0, 2)?.table(&square)?;
-                    Ok(of_matrix(FACTOR_CELLS, &table))
+                    Ok(radius_above(FACTOR_CELLS, &table))
                 };
                 return (0..D).map(of_axis).product();
             }
@@ -111,7 +98,7 @@ impl CubePartition<'_> {
             let n = rule.cells();
             let mut entries = buffer(n * n)?;
             fill(&mut entries, n, &|i, row| rule.fill_row(&square, i, row))?;
-            Ok(of_matrix(n, &entries).max(spikes::squared_radius(square, part)))
+            Ok(radius_above(n, &entries).max(spikes::squared_radius(square, part)))
         })
     }
 

@@ -4,7 +4,8 @@ use std::time::Instant;
 
 use fredholm_core::{At, Batch, Goal, Goals, LastStep, Real, Value as _, WideOf};
 use fredholm_model::{
-    BLANK, Discretisation, Error, Model as _, Region, Spot, WalkOptions, channels, in_scalar,
+    BLANK, Beside, Discretisation, Error, Model as _, Region, Spot, WalkOptions, channels,
+    in_scalar,
 };
 use fredholm_rayon::{Observer, fill_rows};
 use fredholm_room::{Enclosure, RoomEquation, STEFAN_BOLTZMANN, Seen};
@@ -33,8 +34,8 @@ pub struct FieldRequest<'a> {
     pub stretches: &'a [Stretch],
     /// How walks are made: `walks` of them for a position.
     pub walk: &'a WalkOptions,
-    /// Whether plain walks that take as long are wanted, too.
-    pub beside_plain: bool,
+    /// What is wanted beside it.
+    pub beside: Beside,
 }
 
 /// The numbers of a picture.
@@ -168,9 +169,9 @@ impl<F: Real, E: RoomEquation<F> + Sync> Walker<'_, F, E>
 where
     WideOf<E>: Sync,
 {
-    /// The numbers by plain walks that take as long, if they are wanted.
+    /// The numbers by plain walks, if they are wanted.
     fn beside(&self, field: &Field) -> Result<Option<Field>, Error> {
-        if !self.request.beside_plain {
+        if self.request.beside == Beside::Nothing {
             return Ok(None);
         }
         let mut found = None;
@@ -183,9 +184,10 @@ where
                 follow,
                 beside: Some(field),
             };
-            let one = walker.field(Instant::now(), 1)?;
-            let walks = (field.seconds / one.seconds).round().max(1.0) as u64;
-            found = Some(walker.field(Instant::now(), walks)?);
+            let one = || Ok(walker.field(Instant::now(), 1)?.seconds);
+            let walks = self.request.beside.walks(field.seconds, one)?;
+            let beside = walks.map(|walks| walker.field(Instant::now(), walks));
+            found = beside.transpose()?;
             Ok(())
         })?;
         Ok(found)

@@ -19,7 +19,7 @@ use fredholm_room::{Grading, Mesh, Scene, Seen, Tables, VisibilityTable};
 
 pub use colours::Colours;
 pub use field::{Field, FieldRequest, Stretch};
-pub use fredholm_model::Spot;
+pub use fredholm_model::{Beside, Spot};
 pub use fredholm_room::Material;
 pub use surfaces::Surfaces;
 
@@ -272,6 +272,7 @@ impl Model for RoomModel {
             less_memory: ADVICE,
             takes_any_cells: true,
             counts_evaluations: false,
+            takes_resolvent: false,
         }
     }
 

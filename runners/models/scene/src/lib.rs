@@ -26,6 +26,7 @@ use adjoint::Adjoint;
 pub use camera::Camera;
 pub use colours::Colours;
 use colours::FaceChannels;
+pub use fredholm_model::Beside;
 pub use fredholm_scene::{Beam, Enclosure, Material, Polygon, Scene, SkyLight, shapes};
 use partition::ScenePartition;
 use places::Place;
@@ -322,6 +323,7 @@ impl Model for SceneModel {
             less_memory: ": use fewer cells",
             takes_any_cells: true,
             counts_evaluations: false,
+            takes_resolvent: false,
         }
     }
 

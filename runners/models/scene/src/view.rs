@@ -6,7 +6,9 @@ use fredholm_core::{
     Batch, DefaultGenerator, Equation as _, Functional, Goal, Goals, LastStep, Real, RngUniforms,
     Start, StartOf, Uniforms, Value as _, WalkSeeds,
 };
-use fredholm_model::{BLANK, Discretisation, Error, Partitioned, Spot, WalkOptions, in_scalar};
+use fredholm_model::{
+    BLANK, Beside, Discretisation, Error, Partitioned, Spot, WalkOptions, in_scalar,
+};
 use fredholm_rayon::{Observer, fill_rows};
 use fredholm_scene::{Point, Radiosity, Tint};
 
@@ -23,8 +25,8 @@ pub struct ViewRequest<'a> {
     pub camera: &'a Camera,
     /// How walks are made: `walks` of them for a pixel.
     pub walk: &'a WalkOptions,
-    /// Whether plain walks that take as long are wanted, too.
-    pub beside_plain: bool,
+    /// What is wanted beside it.
+    pub beside: Beside,
 }
 
 /// The numbers of a picture.
@@ -41,7 +43,7 @@ pub struct View {
 }
 
 impl SceneModel {
-    /// Estimates the pixels of a picture, without bias, and, if they are wanted, those by plain walks that take as long.
+    /// Estimates the pixels of a picture, without bias, and, if they are wanted, those by plain walks.
     /// `walking` is called when walks begin.
     ///
     /// u = v + (u − v), and the mean of v over a pixel is that of 64 rays through it. A walk of a pixel starts where a ray
@@ -88,18 +90,17 @@ fn views<F: Real, C: Tint<F>>(
         is_plain: false,
     };
     let view = walker.view(start, request.walk.walks)?;
-    if !request.beside_plain {
-        return Ok((view, None));
-    }
     let none = cut.neighbour(None, equation)?;
     let plain = Walker {
         neighbour: &*none,
         is_plain: true,
         ..walker
     };
-    let one = plain.view(Instant::now(), 1)?;
-    let walks = (view.seconds / one.seconds).round().max(1.0) as u64;
-    Ok((view, Some(plain.view(Instant::now(), walks)?)))
+    let walks = request
+        .beside
+        .walks(view.seconds, || Ok(plain.view(Instant::now(), 1)?.seconds))?;
+    let beside = walks.map(|walks| plain.view(Instant::now(), walks));
+    Ok((view, beside.transpose()?))
 }
 
 /// Points of a pixel among which one is sought that sees something.

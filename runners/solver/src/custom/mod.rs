@@ -10,10 +10,9 @@ mod walk;
 mod whole;
 
 use core::fmt;
+use std::sync::OnceLock;
 
-use fredholm_core::galerkin::{
-    Cells, PairIntegral, PairKind, TransitionMoments, buffer, collatz_wielandt_bounds,
-};
+use fredholm_core::galerkin::{Cells, PairIntegral, PairKind, TransitionMoments, buffer};
 use fredholm_core::global::Stationary;
 use fredholm_core::{Density, Equation, Lights, Space};
 use fredholm_rayon::fill_rows;
@@ -23,6 +22,7 @@ pub(crate) use cells::Nodes;
 use degree::WithIntegrals;
 pub(crate) use degree::{Closed, Degree, Kinds, Of, Smooth, Use, squared_radius};
 use fredholm_model::EquationError;
+use fredholm_model::finite::radius_above;
 use fredholm_model::resolvent::{
     self, ByDensity, ResolventAnswer, ResolventQuestion, ResolventSizes,
 };
@@ -43,8 +43,6 @@ const DEFAULT_UNKNOWNS: usize = 1000;
 const LEVEL: usize = 1300;
 /// Cells enough to estimate the spectral radius of T_k²p.
 const COARSE: usize = 48;
-/// The most powers of a matrix that are looked at for it.
-const POWERS: u32 = 100;
 /// Seconds of a value of k and of p, unless the equation says otherwise.
 const KERNEL: f64 = 10e-9;
 
@@ -139,6 +137,9 @@ pub struct CustomModel<E: CustomEquation> {
     has_arcs: bool,
     last_steps: LastSteps,
     place: Option<Box<PlaceFn>>,
+    /// The levels that the equation takes, with n; and the equation on the cells of a run of which nothing is said.
+    all: OnceLock<Vec<[usize; 2]>>,
+    default: OnceLock<E>,
 }
 
 impl<E: CustomEquation> fmt::Debug for CustomModel<E> {
@@ -179,6 +180,8 @@ impl<E: CustomEquation> CustomModel<E> {
             has_arcs: false,
             last_steps: LastSteps::Never,
             place: None,
+            all: OnceLock::new(),
+            default: OnceLock::new(),
         }
     }
 
@@ -302,6 +305,7 @@ impl<E: CustomEquation> CustomModel<E> {
     #[must_use]
     pub fn with_levels(mut self, cells: impl Into<Vec<usize>>) -> Self {
         self.levels = Some(cells.into());
+        (self.all, self.default) = (OnceLock::new(), OnceLock::new());
         self
     }
 
@@ -327,23 +331,34 @@ impl<E: CustomEquation<Scalar = f64>> CustomModel<E> {
         (self.equations.build)(cells)
     }
 
+    /// The equation with so many cells as a run has of which nothing is said.
+    fn default_equation(&self) -> Result<&E, Error> {
+        if let Some(equation) = self.default.get() {
+            return Ok(equation);
+        }
+        let equation = self.equation(self.default_cells(0))?;
+        Ok(self.default.get_or_init(|| equation))
+    }
+
     /// The numbers of cells for these degrees that the equation takes, with n.
-    fn all_levels(&self) -> Vec<[usize; 2]> {
-        let d = E::DIMENSION as u32;
-        let powers = || {
-            let roots: &[usize] = match d {
-                1 => &[4, 8, 16, 32, 64, 128, 256, 512, 1024],
-                2 => &[2, 3, 4, 6, 8, 12, 16, 24, 32],
-                _ => &[1, 2, 3, 4, 5, 6, 8, 10],
+    fn all_levels(&self) -> &[[usize; 2]] {
+        self.all.get_or_init(|| {
+            let d = E::DIMENSION as u32;
+            let powers = || {
+                let roots: &[usize] = match d {
+                    1 => &[4, 8, 16, 32, 64, 128, 256, 512, 1024],
+                    2 => &[2, 3, 4, 6, 8, 12, 16, 24, 32],
+                    _ => &[1, 2, 3, 4, 5, 6, 8, 10],
+                };
+                roots.iter().map(|root| root.saturating_pow(d)).collect()
             };
-            roots.iter().map(|root| root.saturating_pow(d)).collect()
-        };
-        let levels: Vec<usize> = self.levels.clone().unwrap_or_else(powers);
-        let taken = levels.into_iter().filter_map(|cells| {
-            let equation = self.equation(cells).ok()?;
-            Some([cells, equation.cells()])
-        });
-        taken.collect()
+            let levels: Vec<usize> = self.levels.clone().unwrap_or_else(powers);
+            let taken = levels.into_iter().filter_map(|cells| {
+                let equation = self.equation(cells).ok()?;
+                Some([cells, equation.cells()])
+            });
+            taken.collect()
+        })
     }
 
     /// The numbers of cells with at most about so many unknowns, or the smallest.
@@ -353,8 +368,8 @@ impl<E: CustomEquation<Scalar = f64>> CustomModel<E> {
         let all = self.all_levels();
         let least = all.first().map(|&[_, n]| n).unwrap_or_default();
         let most = (unknowns / functions).max(least);
-        let few = all.into_iter().filter(|&[_, n]| n <= most);
-        few.map(|[cells, _]| cells).collect()
+        let few = all.iter().filter(|[_, n]| *n <= most);
+        few.map(|[cells, _]| *cells).collect()
     }
 
     fn default_cells(&self, degree: usize) -> usize {
@@ -386,14 +401,7 @@ impl<E: CustomEquation<Scalar = f64>> CustomModel<E> {
         if matrix.iter().any(|entry| !entry.is_finite()) {
             return Ok(f64::INFINITY);
         }
-        let mut apply = |w: &[f64], out: &mut [f64]| {
-            for (out, row) in out.iter_mut().zip(matrix.chunks_exact(n)) {
-                *out = row.iter().zip(w).map(|(m, w)| m * w).sum();
-            }
-        };
-        let (mut w, mut next) = (vec![1.0; n], vec![0.0; n]);
-        let [_, radius] = collatz_wielandt_bounds(&mut apply, &mut w, &mut next, POWERS);
-        Ok(radius)
+        Ok(radius_above(n, &matrix))
     }
 
     /// ∫ f u dμ over ∫ dμ or 1, if two partitions agree on it.
@@ -470,6 +478,7 @@ impl<E: CustomEquation<Scalar = f64>> Model for CustomModel<E> {
             less_memory: ": use fewer cells",
             takes_any_cells: false,
             counts_evaluations: true,
+            takes_resolvent: false,
         }
     }
 
@@ -478,9 +487,9 @@ impl<E: CustomEquation<Scalar = f64>> Model for CustomModel<E> {
     }
 
     fn check_goals(&self, goals: &[Goal]) -> Result<(), Error> {
-        let equation = self.equation(self.default_cells(0))?;
+        let equation = self.default_equation()?;
         let mut regions = goals.iter().map(|goal| &goal.region);
-        regions.try_for_each(|region| self.check_region(&equation, region))
+        regions.try_for_each(|region| self.check_region(equation, region))
     }
 
     fn place(&self, region: &Region) -> Option<[f64; 3]> {
@@ -506,7 +515,7 @@ impl<E: CustomEquation<Scalar = f64>> Model for CustomModel<E> {
     fn by_resolvent(&self, question: &ResolventQuestion<'_>) -> Result<ResolventAnswer, Error> {
         let levels = match question.settings.cells {
             Some(cells) => vec![[cells, self.equation(cells)?.cells()]],
-            None => self.all_levels(),
+            None => self.all_levels().to_vec(),
         };
         let sizes = ResolventSizes {
             levels,
@@ -555,14 +564,11 @@ impl<E: CustomEquation<Scalar = f64>> Model for CustomModel<E> {
             return Ok(None);
         };
         match region {
-            Region::Point(x) => {
-                let equation = self.equation(self.default_cells(0))?;
-                Ok(Some(u(&place(&equation, x)?)))
-            }
+            Region::Point(x) => Ok(Some(u(&place(self.default_equation()?, x)?))),
             Region::Whole => self.integral(u, true),
             Region::Arc(from, to) => {
-                let equation = self.equation(self.default_cells(0))?;
-                let mean = walk::mean_between(&equation, [*from, *to], &|x| u(&x))?;
+                let equation = self.default_equation()?;
+                let mean = walk::mean_between(equation, [*from, *to], &|x| u(&x))?;
                 Ok(Some(mean))
             }
             Region::Weight(number) => match self.equations.weights.get(*number) {

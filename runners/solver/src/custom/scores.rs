@@ -1,6 +1,6 @@
 //! Polynomials of any degree on the cells of an equation, and what T_K makes of them by quadrature.
 
-use fredholm_core::galerkin::{Cells, legendre};
+use fredholm_core::galerkin::{Cells, legendre, reserve};
 use fredholm_core::global::Scores;
 use fredholm_core::{Located, NoDraws, Real};
 use fredholm_variance::gauss;
@@ -76,7 +76,10 @@ impl Polynomials {
 
     /// Every function at these parameters.
     fn at(&self, t: &[f64; MOST_DIMENSIONS]) -> impl Iterator<Item = f64> {
-        let axes: [Axis; MOST_DIMENSIONS] = t.map(|t| legendre(2.0 * t - 1.0));
+        let mut axes = [Axis::default(); MOST_DIMENSIONS];
+        for (axis, t) in axes.iter_mut().zip(t).take(self.dimension) {
+            *axis = legendre(2.0 * t - 1.0);
+        }
         self.degrees.iter().map(move |degrees| {
             let own = axes.iter().zip(degrees).take(self.dimension);
             let factors = own.map(|(axis, &degree)| axis[usize::from(degree)]);
@@ -138,6 +141,8 @@ pub(super) struct Integrals<'a, E: CustomEquation> {
     pub(super) v: &'a (dyn Fn(&Located<E::Point>) -> f64 + Sync),
     /// The rule of an axis on [0, 1].
     rule: Vec<[f64; 2]>,
+    /// Nodes of the rule in a cell, the last axis fastest: parameters, shares along every axis, and every function.
+    nodes: Vec<([[f64; MOST_DIMENSIONS]; 2], Vec<f64>)>,
 }
 
 impl<'a, E: CustomEquation> Integrals<'a, E> {
@@ -148,11 +153,23 @@ impl<'a, E: CustomEquation> Integrals<'a, E> {
         points: usize,
     ) -> Result<Self, Error> {
         let rule = gauss(points)?.into_iter();
+        let rule: Vec<[f64; 2]> = rule.map(|(t, w)| [0.5 * (1.0 + t), 0.5 * w]).collect();
+        let count = rule.len().pow(E::DIMENSION as u32);
+        let mut nodes = reserve(count)?;
+        nodes.extend((0..count).map(|number| {
+            let (mut rest, mut node) = (number, [[0.0; MOST_DIMENSIONS]; 2]);
+            for axis in (0..E::DIMENSION).rev() {
+                [node[0][axis], node[1][axis]] = rule[rest % rule.len()];
+                rest /= rule.len();
+            }
+            (node, polynomials.at(&node[0]).collect())
+        }));
         Ok(Self {
             equation,
             polynomials,
             v,
-            rule: rule.map(|(t, w)| [0.5 * (1.0 + t), 0.5 * w]).collect(),
+            rule,
+            nodes,
         })
     }
 
@@ -183,44 +200,69 @@ impl<'a, E: CustomEquation> Integrals<'a, E> {
         let cuts = parameters(self.equation, &own);
         let width = self.polynomials.functions();
         for cell in 0..self.equation.cells() {
-            let cuts = Some(cuts).filter(|_| cell == own.cell);
-            let mut at = Node {
-                t: [0.0; MOST_DIMENSIONS],
-                share: weight * self.equation.measure(cell),
-            };
+            let share = weight * self.equation.measure(cell);
             let integrals = integrals.get_mut(cell * width..(cell + 1) * width);
             let integrals = integrals.unwrap_or(&mut []);
-            self.add_cell(x, (cell, &cuts), 0, &mut at, (image, integrals));
+            if cell == own.cell {
+                let mut at = Node {
+                    t: [0.0; MOST_DIMENSIONS],
+                    share,
+                };
+                self.add_cut(x, (cell, &cuts), 0, &mut at, (image, integrals));
+                continue;
+            }
+            for ([t, shares], functions) in &self.nodes {
+                let share = shares[..E::DIMENSION]
+                    .iter()
+                    .fold(share, |all, one| all * one);
+                let score = self.score(x, cell, t, share, image);
+                for (sum, psi) in integrals.iter_mut().zip(functions) {
+                    *sum += score * psi;
+                }
+            }
         }
     }
 
-    /// Adds the nodes of a cell whose first parameters are chosen.
-    fn add_cell(
+    /// K(x, y) times the share of a node y of a cell; its part of (T_K v)(x) is added.
+    fn score(
         &self,
         x: &E::Point,
-        (cell, cuts): (usize, &Option<[f64; MOST_DIMENSIONS]>),
+        cell: usize,
+        t: &[f64; MOST_DIMENSIONS],
+        share: f64,
+        image: &mut f64,
+    ) -> f64 {
+        let point = self.equation.point(cell, &t[..E::DIMENSION]);
+        let k = self.equation.kernel(x, &point) * self.equation.density(x, &point);
+        let score = share * k.to_f64();
+        *image += score * (self.v)(&Located { point, cell });
+        score
+    }
+
+    /// Adds the nodes of the cell of x whose first parameters are chosen.
+    fn add_cut(
+        &self,
+        x: &E::Point,
+        (cell, cuts): (usize, &[f64; MOST_DIMENSIONS]),
         axis: usize,
         at: &mut Node,
         (image, integrals): (&mut f64, &mut [f64]),
     ) {
         if axis == E::DIMENSION {
-            let point = self.equation.point(cell, &at.t[..E::DIMENSION]);
-            let k = self.equation.kernel(x, &point) * self.equation.density(x, &point);
-            let score = at.share * k.to_f64();
-            *image += score * (self.v)(&Located { point, cell });
+            let score = self.score(x, cell, &at.t, at.share, image);
             if !integrals.is_empty() {
                 self.polynomials.add(&at.t, score, integrals);
             }
             return;
         }
-        let cut = cuts.map_or(0.0, |cuts| cuts[axis].clamp(0.0, 1.0));
+        let cut = cuts[axis].clamp(0.0, 1.0);
         let before = at.share;
         for [from, to] in [[0.0, cut], [cut, 1.0]] {
             if from < to {
                 for [t, share] in &self.rule {
                     at.t[axis] = from + (to - from) * t;
                     at.share = before * (to - from) * share;
-                    self.add_cell(x, (cell, cuts), axis + 1, at, (image, integrals));
+                    self.add_cut(x, (cell, cuts), axis + 1, at, (image, integrals));
                 }
             }
         }

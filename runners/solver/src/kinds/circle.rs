@@ -7,8 +7,11 @@ use fredholm_circle::{Circle, Light, OwnedTables, Point, Residual};
 use fredholm_core::galerkin::{Cells as _, DiagonalRule, PairKind, Piecewise};
 use fredholm_core::{Located, Real, SourcePart, best_lights};
 
+use fredholm_model::resolvent::{ResolventAnswer, ResolventQuestion};
+use fredholm_model::{About, LastSteps};
+
 use crate::custom::{Closed, Degree, Kinds, Nodes, Of, Smooth, Use, squared_radius};
-use crate::{CustomModel, Error};
+use crate::{CustomModel, Discretisation, Error, Goal, Model, Pairs, Partitioned, Region};
 
 /// Time of the light of an arc in a last step, over that of a step.
 const TIME_OF_LIGHT: f64 = 0.5;
@@ -16,7 +19,7 @@ const TIME_OF_LIGHT: f64 = 0.5;
 const STEP: f64 = 5e-9;
 
 /// The equation of light on the unit circle, in one scalar.
-pub type LitCircle<F> = Circle<OwnedTables<F>, Light<F>>;
+type LitCircle<F> = Circle<OwnedTables<F>, Light<F>>;
 
 /// The model of light on the unit circle (Heinrich 1995, section 5).
 ///
@@ -30,7 +33,10 @@ pub type LitCircle<F> = Circle<OwnedTables<F>, Light<F>>;
 /// assert!((report.goals[0].preconditioned.estimate.unwrap() - 1.0).abs() < 5e-4);
 /// # Ok::<(), fredholm::SolveError>(())
 /// ```
-pub type CircleModel = CustomModel<LitCircle<f64>>;
+#[derive(Debug)]
+pub struct CircleModel(CustomModel<LitCircle<f64>>);
+
+compiled_here!(CircleModel);
 
 /// The emission of a circle.
 #[derive(Clone, Debug, PartialEq)]
@@ -68,7 +74,7 @@ impl CircleModel {
                 [] => [f64::NAN; 3],
             })
             .with_kernel_seconds(STEP);
-        match emission {
+        Self(match emission {
             Emission::Harmonic(light) => model.with_solution(move |x| light.solution(x.angle())),
             Emission::Arcs(values) => {
                 let mean = reflectance.iter().sum::<f64>() / reflectance.len().max(1) as f64;
@@ -80,7 +86,7 @@ impl CircleModel {
                 let parts: Vec<SourcePart> = values.iter().map(part).collect();
                 model.with_lights(!best_lights(&parts, TIME_OF_LIGHT).is_empty())
             }
-        }
+        })
     }
 }
 

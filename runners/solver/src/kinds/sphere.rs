@@ -7,7 +7,10 @@ use fredholm_sphere::{Sphere, SphereError, point};
 
 pub use fredholm_sphere::Parameters;
 
-use crate::CustomModel;
+use fredholm_model::resolvent::{ResolventAnswer, ResolventQuestion};
+use fredholm_model::{About, LastSteps};
+
+use crate::{CustomModel, Discretisation, Error, Goal, Model, Pairs, Partitioned, Region};
 
 /// Seconds of a value of k and of p.
 const KERNEL: f64 = 10e-9;
@@ -25,14 +28,17 @@ const KERNEL: f64 = 10e-9;
 /// assert!((report.goals[0].preconditioned.estimate.unwrap() - 2.5).abs() < 5e-3);
 /// # Ok::<(), fredholm::SolveError>(())
 /// ```
-pub type SphereModel = CustomModel<Sphere<f64>>;
+#[derive(Debug)]
+pub struct SphereModel(CustomModel<Sphere<f64>>);
+
+compiled_here!(SphereModel);
 
 impl SphereModel {
     /// The sphere with these parameters.
     #[must_use]
     pub fn new(parameters: Parameters) -> Self {
         let bands = [1, 2, 3, 4, 6, 8, 12, 16, 24, 32];
-        of_scalar::<f64>(parameters)
+        let model = of_scalar::<f64>(parameters)
             .with_f32(of_scalar::<f32>(parameters))
             .named("sphere")
             .with_levels(bands.map(|bands| 2 * bands * bands))
@@ -42,7 +48,8 @@ impl SphereModel {
                 _ => [f64::NAN; 3],
             })
             .with_solution(move |x| parameters.solution(x))
-            .with_kernel_seconds(KERNEL)
+            .with_kernel_seconds(KERNEL);
+        Self(model)
     }
 }
 

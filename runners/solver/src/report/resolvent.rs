@@ -125,7 +125,7 @@ impl Report {
         }
         format!(
             "{}{}, {} cells{}, resolvent walks, {}, seed {}\n\n{}\
-             {} points in {} rounds, {} steps beyond the first; radius {}, condition {}; set-up {} s, walks {} s\n",
+             {} points in {} round{}, {} steps beyond the first; radius {}, condition {}; set-up {} s, walks {} s\n",
             self.problem,
             self.dimension
                 .map_or(String::new(), |d| format!(" of dimension {d}")),
@@ -140,6 +140,7 @@ impl Report {
             aligned(&rows),
             found.points,
             found.rounds,
+            if found.rounds == 1 { "" } else { "s" },
             found.steps,
             short(found.radius),
             short(found.condition),

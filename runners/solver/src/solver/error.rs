@@ -8,10 +8,10 @@ use crate::report::Report;
 /// Why a [`Solver`](crate::Solver) gives no report, or one that is not all that was asked for.
 ///
 /// ```
-/// use fredholm::{CubeModel, SolveError, Solver};
+/// use fredholm::{CubeModel, Method, SolveError, Solver};
 ///
 /// let u = CubeModel::from_fn::<1>(|x, y| 0.5 * x[0] * y[0], |x| x[0]);
-/// let solver = Solver::new(&u).mean().cells(4).walks(5000);
+/// let solver = Solver::new(&u).method(Method::Walks).mean().cells(4).walks(5000);
 /// let Err(SolveError::NotReached(report)) = solver.solve_to(1e-12) else {
 ///     panic!("5000 walks do not reach this error");
 /// };

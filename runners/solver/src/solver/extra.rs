@@ -10,10 +10,10 @@ impl Solver<'_> {
     /// G = v' − T_K v' exactly. A matrix of a low degree gives a control of a high one. For circles and cubes.
     ///
     /// ```
-    /// use fredholm::{CubeModel, Solver};
+    /// use fredholm::{CubeModel, Method, Solver};
     ///
     /// let u = CubeModel::from_fn::<1>(|x, y| 0.5 * (-(x[0] - y[0]).powi(2)).exp(), |x| x[0]);
-    /// let solver = Solver::new(&u).mean().cells(10).walks(5000);
+    /// let solver = Solver::new(&u).method(Method::Walks).mean().cells(10).walks(5000);
     /// let [before, after] = [solver.clone().solve()?, solver.lift(4).solve()?]
     ///     .map(|report| report.goals[0].preconditioned.std_error.unwrap());
     /// assert!(after < 1e-2 * before);
@@ -28,10 +28,10 @@ impl Solver<'_> {
     /// batches.
     ///
     /// ```
-    /// use fredholm::{CubeModel, Sequence, Solver};
+    /// use fredholm::{CubeModel, Method, Sequence, Solver};
     ///
     /// let u = CubeModel::from_fn::<2>(|x, y| 0.5 * (-(x[0] - y[0]).powi(2) - x[1] * y[1]).exp(), |x| 1.0 + x[0]);
-    /// let solver = Solver::new(&u).mean().cells(4).degree(2).walks(1 << 15);
+    /// let solver = Solver::new(&u).method(Method::Walks).mean().cells(4).degree(2).walks(1 << 15);
     /// let random = solver.clone().solve()?;
     /// let sobol = solver.sequence(Sequence::Sobol).forced_steps(8).solve()?;
     /// assert_eq!(sobol.goals[0].replicates, Some(32));

@@ -1,6 +1,6 @@
 //! An equation on an interval with several degrees and pointwise pairs, beside the same as a cube of closures.
 
-use fredholm::{CubeModel, CustomModel, Estimator, Pairs, Solver};
+use fredholm::{CubeModel, CustomModel, Estimator, Method, Pairs, Solver};
 use fredholm_core::galerkin::{Basis, Cells, PairIntegral, TransitionMoments};
 use fredholm_core::{Chain, Density, Equation, Located, Space, Uniforms};
 
@@ -132,6 +132,7 @@ fn every_degree_is_that_of_the_cube() {
     for degree in [0, 1, 2] {
         let asked = |model| {
             Solver::new(model)
+                .method(Method::Walks)
                 .at(0.3)
                 .mean()
                 .cells(8)

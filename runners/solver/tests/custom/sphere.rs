@@ -394,6 +394,7 @@ fn many_targets_are_answered_together() {
         solver = solver.at([0.1 + 0.07 * f64::from(i), 0.15 * f64::from(i)]);
     }
     let report = solver.solve_to(1e-3).unwrap();
-    assert_eq!(report.choice.as_ref().unwrap().method, "global estimate");
+    let choice = report.choice.as_ref().unwrap();
+    assert_eq!(choice.method, "global estimate", "{choice:?}");
     agrees(&report, 5.0);
 }

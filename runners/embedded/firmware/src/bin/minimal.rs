@@ -69,7 +69,7 @@ fn solve() -> Option<()> {
     let mut driver = Driver::<_, 1>::new(&job, 0, options).ok()?;
     loop {
         // Some milliseconds of work; the main loop does the rest of its duties in between.
-        let progress = driver.poll(100).ok()?;
+        let progress = driver.poll(&job, 100).ok()?;
         if progress.stop.is_some() {
             let estimate = progress.estimate;
             hprintln!("{} ± {}", estimate.estimate, estimate.std_error?);

@@ -88,9 +88,14 @@ fn solve() -> Option<()> {
         return None;
     };
     // s = 0.3: cos and sin of s/2 as constants, so that no trigonometry is linked.
-    let x0 = circle.point_at(0.988_771_1, 0.149_438_13);
-    let v0 = neighbour.value(&neighbour.locate(x0)).to_f64();
-    let goals = [Goal::new(At(x0), Some(v0))];
+    let mut goals = [Goal::new(
+        At(circle.point_at(0.988_771_1, 0.149_438_13)),
+        None,
+    )];
+    let v0 = neighbour
+        .value(&neighbour.locate(goals[0].functional.0))
+        .to_f64();
+    goals[0].control_mean = Some(v0);
     let job: Goals<'_, _, _, _> = Goals::new(circle, neighbour, &goals, WalkOptions::default());
     let mut options = RunOptions::new(1_000_000);
     options.tolerance = Some(Tolerance::Absolute(1e-3));
@@ -98,7 +103,7 @@ fn solve() -> Option<()> {
         return None;
     };
     loop {
-        let progress = driver.poll(100).ok()?;
+        let progress = driver.poll(&job, 100).ok()?;
         #[cfg(feature = "panic")]
         assert!(progress.walks < 1000);
         #[cfg(feature = "format")]
@@ -119,7 +124,7 @@ fn solve() -> Option<()> {
         #[cfg(feature = "state")]
         {
             let mut bytes = [0; fredholm_embedded::State::<1>::BYTES];
-            driver.save().write(&mut bytes).ok()?;
+            driver.save(&job).write(&mut bytes).ok()?;
             let state = fredholm_embedded::State::read(&bytes).ok()?;
             driver = Driver::restore(&job, 0, options, &state).ok()?;
         }

@@ -28,7 +28,8 @@ fn point<const D: usize>(number: u32) -> [f64; D] {
 /// The spectral radius of w ↦ ∫ K²(x, y) w(y) dy from below, by small cubes around the point x = y in which K² is the
 /// largest: that of a part is at most that of all, and at least the least integral over it. `part`: of all points and halvings, where
 /// a value takes long.
-pub(crate) fn squared_radius<const D: usize>(
+#[must_use]
+pub fn squared_radius<const D: usize>(
     square: impl Fn(&[f64; D], &[f64; D]) -> f64,
     part: f64,
 ) -> f64 {
