@@ -4,7 +4,6 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 use super::Regular;
-use super::setup::STEPS;
 use crate::galerkin::{Cells, MOST_DIMENSIONS};
 use crate::{Located, Real, Space};
 
@@ -13,7 +12,7 @@ const POINTS: [usize; 2] = [1 << 13, 1 << 10];
 /// Points of an axis at which K(x, y) is looked at from a fixed y, and to a fixed x.
 const CROSS_POINTS: usize = 1 << 8;
 /// Lines of an axis in more than one dimension, and points from which K is looked at: a jump is one where two of them have it.
-const LINES: usize = 3;
+const LINES: u32 = 3;
 /// The part of the variation, or of the largest value, that a jump has at least.
 const LEAST_JUMP: f64 = 1.0 / 64.0;
 /// The part of the largest value below which a variation is none.
@@ -22,6 +21,31 @@ const LEAST_VARIATION: f64 = 0.01;
 const SAME: f64 = 1e-9;
 /// The most cells before any is asked for, by the dimension.
 const MOST_CELLS: [usize; MOST_DIMENSIONS] = [64, 8, 4, 3, 2, 2];
+
+/// The steps between points of an axis: fractions of √2, √3, √5, √7, √11 and √13.
+const STEPS: [f64; MOST_DIMENSIONS] = [
+    0.414_213_562,
+    0.732_050_808,
+    0.236_067_977,
+    0.645_751_311,
+    0.316_624_790,
+    0.605_551_275,
+];
+
+/// The point x_a = frac((k + ½) α_a) of a Kronecker sequence, whose first points are spread over [0, 1]^d for every d up to 6.
+///
+/// ```
+/// use fredholm_core::resolvent::kronecker_point;
+///
+/// assert!((kronecker_point(2)[0] - 0.035_533_905).abs() < 1e-9);
+/// ```
+#[must_use]
+pub fn kronecker_point(number: u32) -> [f64; MOST_DIMENSIONS] {
+    STEPS.map(|step| {
+        let at = (f64::from(number) + 0.5) * step;
+        at - f64::from(at as u32)
+    })
+}
 
 /// Equation on the image of one cube [0, 1]^d, in cells between edges on every axis.
 ///
@@ -208,7 +232,7 @@ struct Jump {
     place: f64,
     height: f64,
     /// The number of the line.
-    line: usize,
+    line: u32,
 }
 
 /// What is found on a line along an axis.
@@ -238,12 +262,12 @@ fn of_axis<E: Regular>(equation: &E, axis: usize) -> Vec<f64> {
     let lines = if is_line { 1 } else { LINES };
     let points = POINTS[usize::from(!is_line)];
     let (mut jumps, mut ends) = (Vec::new(), Vec::new());
-    let mut note = |found: Found, line: usize| {
+    let mut note = |found: Found, line: u32| {
         jumps.extend(found.jumps.into_iter().map(|jump| Jump { line, ..jump }));
         ends.extend(found.ends);
     };
     for line in 0..lines {
-        let other = inner(line, E::DIMENSION);
+        let other = kronecker_point(line + 1);
         let at = |t: f64| place(equation, &other, axis, t);
         let diagonal = |t: f64| {
             let x = at(t);
@@ -251,16 +275,16 @@ fn of_axis<E: Regular>(equation: &E, axis: usize) -> Vec<f64> {
         };
         // Where K(x, x) is infinite all that is known of it is beside.
         let beside = |t: f64| equation.kernel(&at(t), &at(t + SAME)).to_f64();
-        match (0..LINES).all(|k| diagonal(0.1 + 0.3 * k as f64).is_finite()) {
+        match (0..LINES).all(|k| diagonal(0.1 + 0.3 * f64::from(k)).is_finite()) {
             true => note(along(&diagonal, points), line),
             false => note(along(&beside, points), line),
         }
         note(along(&|t| equation.source(&at(t)).to_f64(), points), line);
     }
     for line in 0..LINES {
-        let from = inner(line, E::DIMENSION);
-        let fixed = place(equation, &from, axis, from[axis.min(MOST_DIMENSIONS - 1)]);
-        let other = inner(line + LINES, E::DIMENSION);
+        let fixed = kronecker_point(line + 1);
+        let fixed = equation.point(0, fixed.get(..E::DIMENSION).unwrap_or(&[]));
+        let other = kronecker_point(line + LINES + 1);
         let at = |t: f64| place(equation, &other, axis, t);
         let of_jumps = |found: Found| Found {
             ends: Vec::new(),
@@ -286,16 +310,6 @@ fn of_axis<E: Regular>(equation: &E, axis: usize) -> Vec<f64> {
         same.iter().max_by(by_height).copied()
     };
     chosen(everywhere.filter_map(highest).collect(), ends, most)
-}
-
-/// Coordinates of a line: fractions that follow each other at no simple distance.
-fn inner(line: usize, dimension: usize) -> [f64; MOST_DIMENSIONS] {
-    let mut t = [0.0; MOST_DIMENSIONS];
-    for (t, step) in t.iter_mut().zip(STEPS).take(dimension) {
-        let at = (line as f64 + 1.5) * step;
-        *t = at - f64::from(at as u32);
-    }
-    t
 }
 
 /// The point at the parameter t of an axis, and at others on the others.

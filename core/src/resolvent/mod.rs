@@ -53,7 +53,7 @@ mod walk;
 pub use walk::{CellPoint, Ending, Resolvent, ResolventTables, RestDensity, Stratum, Trace};
 
 #[cfg(feature = "alloc")]
-pub use edges::{Grid, edges};
+pub use edges::{Grid, edges, kronecker_point};
 #[cfg(feature = "alloc")]
 pub use plan::{GroupScores, Known, Plan, Round, RoundSum};
 #[cfg(feature = "alloc")]

@@ -167,7 +167,7 @@ impl<'a, P: Copy> Plan<'a, P> {
             let source = Kind::Source { cell: from };
             strata.push(Planned::of(source, left * rest.unwrap_or(f64::NAN)));
             let pair = |into| Kind::Pair { from, into };
-            strata.extend(pairs(looks, tables, (from as usize, left), pair));
+            plan_pairs(&mut strata, looks, tables, (from as usize, left), pair);
         }
         let mut plan = Self {
             strata,
@@ -192,7 +192,7 @@ impl<'a, P: Copy> Plan<'a, P> {
     ) -> Result<Self, GalerkinError> {
         let mut strata = reserve(looks.values.len())?;
         let to_cell = |into| Kind::FromPoint { into };
-        strata.extend(pairs(looks, tables, (point.cell, 1.0), to_cell));
+        plan_pairs(&mut strata, looks, tables, (point.cell, 1.0), to_cell);
         let mut plan = Self {
             strata,
             all: 0.0,
@@ -447,13 +447,14 @@ impl Kind {
     }
 }
 
-/// The pairs of one cell, or of a point there, with all others.
-fn pairs(
+/// Plans the pairs of one cell, or of a point there, with all others; `left` is what stands before ∫ |D| |g|.
+fn plan_pairs(
+    strata: &mut Vec<Planned>,
     looks: &ResolventLooks,
     tables: &ResolventTables<'_>,
     (from, left): (usize, f64),
     kind: impl Fn(u32) -> Kind,
-) -> impl Iterator<Item = Planned> {
+) {
     let cells = looks.values.len();
     let largest = looks.values.iter().copied().fold(0.0, f64::max);
     let row = looks.differences.get(from * cells..(from + 1) * cells);
@@ -463,7 +464,7 @@ fn pairs(
     let mean: f64 = sizes.map(|(d, measure)| d * measure / all).sum();
     let usual = USUAL * mean;
     let own = row.iter().zip(looks.values.iter().zip(tables.measures));
-    (0_u32..)
+    let planned = (0_u32..)
         .zip(own)
         .map(|(into, (difference, (value, measure)))| Planned {
             kind: kind(into),
@@ -473,9 +474,8 @@ fn pairs(
                 squares: looks.points * (difference * difference + usual * usual),
             },
             importance: 0.0,
-        })
-        .collect::<Vec<_>>()
-        .into_iter()
+        });
+    strata.extend(planned);
 }
 
 impl RoundSum {

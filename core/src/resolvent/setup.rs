@@ -38,15 +38,6 @@ const FINE: i32 = 24;
 const LEAST_EXPONENT: f64 = 0.05;
 /// The largest power of a uniform number: beyond it points lie nearer than rounding tells.
 const MOST_GRADING: i32 = 6;
-/// The steps between points of an axis, whose multiples are spread over [0, 1]: fractions of √2, √3, √5, √7, √11 and √13.
-pub(super) const STEPS: [f64; MOST_DIMENSIONS] = [
-    0.414_213_562,
-    0.732_050_808,
-    0.236_067_977,
-    0.645_751_311,
-    0.316_624_790,
-    0.605_551_275,
-];
 /// The number of goals from which on draws are those of tables.
 const LOOKS: u64 = u64::MAX - 8;
 

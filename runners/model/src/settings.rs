@@ -144,6 +144,12 @@ impl Settings {
             let message = format!("an absorption of {q}: it must be between 0 and 1");
             return refuse(Subject::Absorption, message);
         }
+        if let (Some(Method::Resolvent), Some(name)) = (self.method, self.of_chain()) {
+            let message = format!(
+                "`{name}` is for walks of a chain, and the method is \"resolvent\": leave one of the two out"
+            );
+            return refuse(Subject::Problem, message);
+        }
         if let Some(lift) = self.lifted() {
             self.check_lift(lift)?;
         }
@@ -173,23 +179,28 @@ impl Settings {
         })
     }
 
-    /// Whether something is said that walks of the equation's chain have, and resolvent walks have not.
+    /// The name of a setting that is given and that walks of the equation's chain have alone, if there is one: resolvent walks know nothing
+    /// of it.
     #[must_use]
-    pub fn is_of_walks(&self) -> bool {
-        self.pairs.is_some()
-            || self.lift.is_some()
-            || self.score_degree.is_some()
-            || self.global.is_some()
-            || self.points.is_some()
-            || self.absorption.is_some()
-            || self.estimator.is_some()
-            || self.form.is_some()
-            || self.sequence.is_some()
-            || self.forced_steps.is_some()
-            || self.last_step.is_some()
-            || self.adjoint.is_some()
-            || self.batch.is_some()
-            || self.allow_infinite_variance
+    pub fn of_chain(&self) -> Option<&'static str> {
+        let all = [
+            ("pairs", self.pairs.is_some()),
+            ("lift", self.lift.is_some()),
+            ("score_degree", self.score_degree.is_some()),
+            ("global", self.global.is_some()),
+            ("points", self.points.is_some()),
+            ("absorption", self.absorption.is_some()),
+            ("estimator", self.estimator.is_some()),
+            ("form", self.form.is_some()),
+            ("sequence", self.sequence.is_some()),
+            ("forced_steps", self.forced_steps.is_some()),
+            ("last_step", self.last_step.is_some()),
+            ("adjoint", self.adjoint.is_some()),
+            ("batch", self.batch.is_some()),
+            ("allow_infinite_variance", self.allow_infinite_variance),
+        ];
+        all.into_iter()
+            .find_map(|(name, is_given)| is_given.then_some(name))
     }
 
     /// The degree to which v is lifted, if it is: 0 says that it is not, and is not by the choice either.

@@ -2,15 +2,8 @@
 
 use core::array::from_fn;
 
-/// The steps between points of an axis, whose multiples are spread over [0, 1]: fractions of √2, √3, √5, √7, √11 and √13.
-const STEPS: [f64; 6] = [
-    0.414_213_562,
-    0.732_050_808,
-    0.236_067_977,
-    0.645_751_311,
-    0.316_624_790,
-    0.605_551_275,
-];
+use fredholm_core::resolvent::kronecker_point;
+
 /// The number of points x = y in which the kernel is looked at: in one dimension neighbours are 10⁻⁴ apart at most.
 const POINTS: u32 = 16_384;
 /// The number of points of a small cube.
@@ -22,7 +15,8 @@ const HALVINGS: i32 = 40;
 
 /// A point of [0, 1]^D.
 fn point<const D: usize>(number: u32) -> [f64; D] {
-    from_fn(|axis| ((f64::from(number) + 0.5) * STEPS[axis]).fract())
+    let all = kronecker_point(number);
+    from_fn(|axis| all[axis])
 }
 
 /// The spectral radius of w ↦ ∫ K²(x, y) w(y) dy from below, by small cubes around the point x = y in which K² is the

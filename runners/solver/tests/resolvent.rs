@@ -2,7 +2,7 @@
 
 use core::f64::consts::{FRAC_PI_2, PI};
 
-use fredholm::{CubeModel, Error, Method, Report, Scalar, SolveError, Solver};
+use fredholm::{CubeModel, Error, Method, Pairs, Report, Scalar, Sequence, SolveError, Solver};
 
 /// An equation on an interval with what is known of its solution.
 struct Case {
@@ -185,6 +185,26 @@ fn off(report: &Report, goal: usize, exact: f64) -> f64 {
         .unwrap()
         .max(found.rounding_floor);
     (found.preconditioned.estimate.unwrap() - exact) / bar
+}
+
+/// No option of walks of a chain is taken and not heeded.
+#[test]
+fn options_of_the_chain_are_refused() {
+    let model = CASES[0].model();
+    let solver = Solver::new(&model).mean().method(Method::Resolvent);
+    let cases = [
+        (solver.clone().pairs(Pairs::Paper), "`pairs`"),
+        (solver.clone().lift(4), "`lift`"),
+        (solver.clone().sequence(Sequence::Sobol), "`sequence`"),
+        (solver.clone().absorption(0.2), "`absorption`"),
+    ];
+    for (solver, name) in cases {
+        let error = solver.solve().unwrap_err().to_string();
+        assert!(
+            error.contains(name) && error.contains("resolvent"),
+            "{error}"
+        );
+    }
 }
 
 /// 25 estimates: none beyond 4.9, which one of a million normal numbers is, with at least 6 degrees of freedom.

@@ -84,7 +84,7 @@ impl Solver<'_> {
         let is_asked = self.settings.method == Some(Method::Resolvent);
         let is_meant = self.settings.method.is_none()
             && self.model.about().takes_resolvent
-            && !self.settings.is_of_walks()
+            && self.settings.of_chain().is_none()
             && has_threads
             && self.systems.0.is_none();
         if !(is_asked || is_meant) {
