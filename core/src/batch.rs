@@ -90,6 +90,39 @@ impl Batch {
         self.statistics.become_replicate();
     }
 
+    /// Finishes a batch that is one sample: its walks give this value together, by so many states. A batch that is done stays as it is.
+    ///
+    /// # Errors
+    /// [`NotFinite`]: the value is none.
+    ///
+    /// ```
+    /// use fredholm_core::Batch;
+    ///
+    /// // Walks 100 to 199 of 200.
+    /// let mut batch = Batch::new(1, 100, 200);
+    /// batch.finish_as_replicate(0.5, 120)?;
+    /// assert!(batch.is_done() && batch.statistics().replicates() == 1);
+    /// assert_eq!(batch.statistics().preconditioned().estimate, 0.5);
+    /// # Ok::<(), fredholm_core::NotFinite>(())
+    /// ```
+    pub fn finish_as_replicate(&mut self, value: f64, states: u64) -> Result<(), NotFinite> {
+        if self.is_done() {
+            return Ok(());
+        }
+        if !value.is_finite() {
+            return Err(self.not_finite());
+        }
+        self.statistics = Statistics::of_replicate(self.end - self.next, states, value);
+        self.next = self.end;
+        Ok(())
+    }
+
+    /// The number of the walk that is next, from 0.
+    #[must_use]
+    pub const fn next_walk(&self) -> u64 {
+        self.next
+    }
+
     /// The error of the walk that is next.
     pub(crate) const fn not_finite(&self) -> NotFinite {
         NotFinite { walk: self.next }

@@ -174,6 +174,13 @@ impl core::error::Error for RunOptionsError {}
 
 /// Why a run ended, or one goal of it: from the best reason to the worst. A run of several goals
 /// ended for the greatest of their reasons.
+///
+/// ```
+/// use fredholm_core::StopReason;
+///
+/// let worst = [StopReason::Done, StopReason::TimeLimit].into_iter().max();
+/// assert_eq!(worst, Some(StopReason::TimeLimit));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum StopReason {
     /// All walks were run or, with a tolerance, every goal reached it.

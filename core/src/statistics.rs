@@ -143,6 +143,23 @@ impl Statistics {
         self.cross = 0.0;
     }
 
+    /// One sample by so many walks.
+    pub(crate) fn of_replicate(walks: u64, states: u64, value: f64) -> Self {
+        let mean = |mean| Moments { mean, squares: 0.0 };
+        Self {
+            walks,
+            states,
+            left: 0,
+            step_limit: 0,
+            scored: walks,
+            plain: mean(value),
+            control: mean(0.0),
+            zeta: mean(value),
+            cross: 0.0,
+            replicates: 1,
+        }
+    }
+
     /// The number of replicates, whose means are the independent samples; 0 if walks are.
     #[must_use]
     pub const fn replicates(&self) -> u32 {

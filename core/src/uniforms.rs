@@ -29,6 +29,13 @@ pub trait Uniforms<F> {
     fn uniform(&mut self) -> F;
 }
 
+impl<F, U: Uniforms<F> + ?Sized> Uniforms<F> for &mut U {
+    #[inline]
+    fn uniform(&mut self) -> F {
+        (**self).uniform()
+    }
+}
+
 /// Uniform numbers from a generator of `rand_core`, one 64-bit word each for `f32` and `f64`.
 #[derive(Clone, Debug)]
 pub struct RngUniforms<G>(pub G);

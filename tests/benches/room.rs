@@ -6,8 +6,8 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use fredholm_core::{
     Batch, Chain, DefaultGenerator, Goal, Goals, Job, RngUniforms, Uniforms, WalkOptions, WalkSeeds,
 };
-use fredholm_room::{Choice, Grading, MeanOver, Mesh, Tables, VisibilityTable};
-use fredholm_tests::room::{Drawing, Setup, crowd, furnished, polygon};
+use fredholm_room::{Grading, MeanOver, Mesh, Tables};
+use fredholm_tests::room::{Drawing, Setup, Way, crowd, furnished, polygon};
 use parry2d_f64::math::Vector;
 use parry2d_f64::query::{Ray, RayCast};
 use parry2d_f64::shape::Polyline;
@@ -16,7 +16,7 @@ const RAYS: usize = 10_000;
 
 /// What a walk casts: wall, origin, direction.
 fn rays(tables: &Tables<f64>) -> Vec<(u32, [f64; 2], [f64; 2])> {
-    let room = tables.room(VisibilityTable::none());
+    let room = tables.room();
     let mut uniforms = RngUniforms(WalkSeeds::<DefaultGenerator>::new(1, 0).generator(0));
     let mut x = room.on_wall(0, 0.4).unwrap();
     (0..RAYS)
@@ -100,17 +100,15 @@ fn benches(c: &mut Criterion) {
     group.finish();
 }
 
-/// A state of the furnished room by degree, 1,000 unknowns: with the default pairs, whose score at
-/// the end of a walk integrates over shadows and corners, and with the paper's, which costs steps
-/// alone.
+/// A state of the furnished room by degree, 1,000 unknowns, with a ray a score and with an exact G.
 fn degrees(c: &mut Criterion) {
     fn at<const B: usize>(c: &mut Criterion) {
-        let grading = Grading::of_pairs(B - 1);
+        let grading = Grading::of_degree(B - 1);
         let setup = Setup::<B>::of_degree::<f64>(&furnished(), 1000 / B, grading).unwrap();
         let mut group = c.benchmark_group("furnished room, a state by degree");
         group.sample_size(10);
-        for choice in [Choice::Default, Choice::Paper] {
-            setup.with::<f64, _>(choice, |room, neighbour, v| {
+        for way in [Way::Rays, Way::Exact] {
+            setup.with::<f64, _>(way, |room, neighbour, v| {
                 let mean = MeanOver::everything(room);
                 let value = mean.of(v);
                 let goals = [Goal::new(mean, Some(value))];
@@ -122,7 +120,7 @@ fn degrees(c: &mut Criterion) {
                     *batch.statistics()
                 };
                 group.throughput(Throughput::Elements(run().states()));
-                let name = format!("{choice:?} pairs, degree");
+                let name = format!("{way:?}, degree");
                 group.bench_function(BenchmarkId::new(name, B - 1), |b| b.iter(run));
             });
         }

@@ -16,5 +16,5 @@ pub mod toy;
 pub use cores::on_all_cores;
 /// The kit, which the project's own tests build on.
 pub use fredholm_conformance::*;
-pub use objects::{ObjectGoals, Objects, run};
+pub use objects::{AnyNeighbour, ObjectGoals, Objects, run};
 pub use options::{absorbed, all_ways, paper, seeded};

@@ -5,14 +5,14 @@
 use fredholm_conformance::check;
 use fredholm_conformance::runners::{Any, Walkable};
 use fredholm_core::{
-    Equation, Functional, Goal, Goals, Located, Neighbour, NeighbourOf, Real, Start, StartOf,
-    Statistics, Uniforms, Value, WalkOptions, WideOf,
+    Equation, Functional, Goal, Goals, Located, Neighbour, Real, Start, StartOf, Statistics,
+    Uniforms, Value, WalkOptions, WideOf,
 };
 
 /// An equation and its chain.
 type AnyEquation<'a, F, P, V> = dyn Walkable<Scalar = F, Point = P, Value = V> + Sync + 'a;
 /// A neighbour equation.
-type AnyNeighbour<'a, F, P, V> = dyn Neighbour<Scalar = F, Point = P, Value = V> + Sync + 'a;
+pub type AnyNeighbour<'a, F, P, V> = dyn Neighbour<Scalar = F, Point = P, Value = V> + Sync + 'a;
 
 /// A functional on the space of an equation.
 trait Starts<F: Real, P, V: Value<F>> {
@@ -83,10 +83,13 @@ pub type ObjectGoals<'o, 'a, F, P, V> =
 
 impl<'a, F: Real, P: Copy + 'a, V: Value<F>> Objects<'a, F, P, V> {
     /// These as objects.
-    pub fn new<E, N, T>(equation: &'a E, neighbour: &'a N, goal: &'a Goal<T, V::Wide>) -> Self
+    pub fn new<E, T>(
+        equation: &'a E,
+        neighbour: &'a AnyNeighbour<'a, F, P, V>,
+        goal: &'a Goal<T, V::Wide>,
+    ) -> Self
     where
         E: Equation<Scalar = F, Point = P, Value = V> + Sync,
-        N: NeighbourOf<E> + Sync,
         T: Functional<E> + Sync,
     {
         let functional = &goal.functional;
@@ -114,16 +117,15 @@ impl<'a, F: Real, P: Copy + 'a, V: Value<F>> Objects<'a, F, P, V> {
 ///
 /// # Panics
 /// If a walk scores a value that is not finite.
-pub fn run<E, N, T>(
+pub fn run<E, T>(
     equation: &E,
-    neighbour: &N,
+    neighbour: &AnyNeighbour<'_, E::Scalar, E::Point, E::Scalar>,
     goal: &Goal<T, f64>,
     options: WalkOptions,
     walks: u64,
 ) -> Statistics
 where
     E: Equation<Value = <E as fredholm_core::Space>::Scalar> + Sync,
-    N: NeighbourOf<E> + Sync,
     T: Functional<E> + Sync,
 {
     let objects = Objects::new(equation, neighbour, goal);

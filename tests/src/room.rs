@@ -5,9 +5,9 @@ mod drawings;
 mod setup;
 mod vector;
 
-pub use described::{Described, described, examined, examined_of_degree};
+pub use described::{Described, described, examined};
 pub use drawings::{
     Drawing, Published, SQUARE_VALUE, block, crowd, doorway, facet, furnace, furnished, glowing,
     l_room, polygon, published, random, rectangle, scenes, square, yard,
 };
-pub use setup::{CHOICES, RoomNeighbour, Setup, assert_ok};
+pub use setup::{AnyNeighbour, Setup, WAYS, Way, assert_ok};

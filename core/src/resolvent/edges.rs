@@ -47,7 +47,7 @@ pub fn kronecker_point(number: u32) -> [f64; MOST_DIMENSIONS] {
     })
 }
 
-/// Equation on the image of one cube [0, 1]^d, in cells between edges on every axis.
+/// Equation whose cells are cut between edges on every axis: the image of one cube [0, 1]^d, or each of several.
 ///
 /// ```
 /// use fredholm_core::galerkin::Cells;
@@ -89,8 +89,8 @@ pub struct Grid<E> {
 }
 
 impl<E: Cells> Grid<E> {
-    /// An equation of one cell, in so many on every axis. Inner edges of an axis that are given are edges of cells, if cells are as many:
-    /// half of what are more lie as they would without, the others serve all alike.
+    /// An equation in so many cells on every axis of each of its own. Inner edges of an axis that are given are edges of cells, if cells are as
+    /// many: half of what are more lie as they would without, the others serve all alike.
     #[must_use]
     pub fn new(equation: E, edges: &[Vec<f64>], cells: usize) -> Self {
         let none = Vec::new();
@@ -106,7 +106,12 @@ impl<E: Cells> Grid<E> {
         &self.equation
     }
 
-    /// Fills the parameters of the whole that belong to those of a cell.
+    /// The number of cells in each of the equation's own.
+    fn each(&self) -> usize {
+        self.axes.iter().map(|edges| edges.len() - 1).product()
+    }
+
+    /// Fills the parameters of the equation's own cell that belong to those of one within it.
     #[inline]
     fn whole(&self, mut cell: usize, t: &[f64], out: &mut [f64; MOST_DIMENSIONS]) {
         for ((edges, t), out) in self.axes.iter().zip(t).zip(out) {
@@ -118,12 +123,11 @@ impl<E: Cells> Grid<E> {
         }
     }
 
-    /// Fills the parameters of a point in the whole.
-    fn parameters_of(&self, x: &E::Point) -> [E::Scalar; MOST_DIMENSIONS] {
+    /// The parameters of a point in the equation's own cell of this number.
+    fn parameters_of(&self, x: &E::Point, cell: usize) -> [E::Scalar; MOST_DIMENSIONS] {
         let mut t = [E::Scalar::from_f64(0.0); MOST_DIMENSIONS];
         let own = t.get_mut(..E::DIMENSION).unwrap_or(&mut []);
-        let x = Located { point: *x, cell: 0 };
-        self.equation.parameters(&x, own);
+        self.equation.parameters(&Located { point: *x, cell }, own);
         t
     }
 }
@@ -162,12 +166,13 @@ impl<E: Cells> Cells for Grid<E> {
     const DIMENSION: usize = E::DIMENSION;
 
     fn cells(&self) -> usize {
-        self.axes.iter().map(|edges| edges.len() - 1).product()
+        self.each() * self.equation.cells()
     }
 
     fn locate(&self, x: &E::Point) -> usize {
-        let t = self.parameters_of(x);
-        let (mut cell, mut all) = (0, 1);
+        let own = self.equation.locate(x);
+        let t = self.parameters_of(x, own);
+        let (mut cell, mut all) = (own * self.each(), 1);
         for (edges, t) in self.axes.iter().zip(t) {
             let below = edges.partition_point(|&edge| edge <= t.to_f64());
             cell += all * below.clamp(1, edges.len() - 1).saturating_sub(1);
@@ -177,7 +182,7 @@ impl<E: Cells> Cells for Grid<E> {
     }
 
     fn measure(&self, mut cell: usize) -> f64 {
-        let mut share = 1.0;
+        let (mut share, whole) = (1.0, cell / self.each());
         for edges in &self.axes {
             let own = cell % (edges.len() - 1);
             cell /= edges.len() - 1;
@@ -185,7 +190,7 @@ impl<E: Cells> Cells for Grid<E> {
                 share *= high - low;
             }
         }
-        share * self.equation.measure(0)
+        share * self.equation.measure(whole)
     }
 
     #[inline]
@@ -193,11 +198,11 @@ impl<E: Cells> Cells for Grid<E> {
         let mut all = [0.0; MOST_DIMENSIONS];
         self.whole(cell, t, &mut all);
         let own = all.get(..E::DIMENSION).unwrap_or(&[]);
-        self.equation.point(0, own)
+        self.equation.point(cell / self.each(), own)
     }
 
     fn parameters(&self, x: &Located<E::Point>, t: &mut [E::Scalar]) {
-        let whole = self.parameters_of(&x.point);
+        let whole = self.parameters_of(&x.point, x.cell / self.each());
         let mut cell = x.cell;
         for ((edges, t), whole) in self.axes.iter().zip(t).zip(whole) {
             let own = cell % (edges.len() - 1);
@@ -244,11 +249,12 @@ struct Found {
     ends: Vec<f64>,
 }
 
-/// The inner edges that cells of an equation of one cell should have on every axis, as parameters in (0, 1), rising.
+/// The inner edges that all cells of an equation should have on every axis, as parameters in (0, 1), rising: those of its only cell, or of a few.
 ///
-/// Functions of one parameter are looked at: K(x, x) and F along the axis, and K from and to some points. An edge stands where K(x, x)
-/// or F jumps, and where K jumps from two points at the same place; an interval is halved if more than ⁴√s of the variation of
-/// K(x, x) or F is in a half, whose share of the axis is s: all there is beside a singularity, and nothing where functions change evenly.
+/// Functions of one parameter are looked at, for each pair of cells: K(x, y) at equal parameters and F along the axis, and K from and to some
+/// points. An edge stands where the first or F jumps, and where K jumps from two points at the same place; an interval is halved if more
+/// than ⁴√s of the variation of these is in a half, whose share of the axis is s: all there is beside a singularity, and nothing where functions
+/// change evenly.
 #[must_use]
 pub fn edges<E: Regular>(equation: &E) -> Vec<Vec<f64>> {
     (0..E::DIMENSION)
@@ -258,6 +264,21 @@ pub fn edges<E: Regular>(equation: &E) -> Vec<Vec<f64>> {
 
 /// The edges of one axis.
 fn of_axis<E: Regular>(equation: &E, axis: usize) -> Vec<f64> {
+    let cells = equation.cells();
+    let mut all = Found::default();
+    for i in 0..cells {
+        for j in 0..cells {
+            let own = of_pair(equation, axis, [i, j]);
+            all.jumps.extend(own.jumps);
+            all.ends.extend(own.ends);
+        }
+    }
+    let most = MOST_CELLS.get(E::DIMENSION - 1).copied().unwrap_or(1) - 1;
+    chosen(highest(all.jumps, |_| true), all.ends, most)
+}
+
+/// What is found on one axis of K from one cell to another, and of F if they are one.
+fn of_pair<E: Regular>(equation: &E, axis: usize, [i, j]: [usize; 2]) -> Found {
     let is_line = E::DIMENSION == 1;
     let lines = if is_line { 1 } else { LINES };
     let points = POINTS[usize::from(!is_line)];
@@ -268,57 +289,71 @@ fn of_axis<E: Regular>(equation: &E, axis: usize) -> Vec<f64> {
     };
     for line in 0..lines {
         let other = kronecker_point(line + 1);
-        let at = |t: f64| place(equation, &other, axis, t);
-        let diagonal = |t: f64| {
-            let x = at(t);
-            equation.kernel(&x, &x).to_f64()
-        };
+        let at = |cell: usize, t: f64| place(equation, cell, &other, axis, t);
+        let diagonal = |t: f64| equation.kernel(&at(i, t), &at(j, t)).to_f64();
         // Where K(x, x) is infinite all that is known of it is beside.
-        let beside = |t: f64| equation.kernel(&at(t), &at(t + SAME)).to_f64();
+        let beside = |t: f64| equation.kernel(&at(i, t), &at(j, t + SAME)).to_f64();
         match (0..LINES).all(|k| diagonal(0.1 + 0.3 * f64::from(k)).is_finite()) {
             true => note(along(&diagonal, points), line),
             false => note(along(&beside, points), line),
         }
-        note(along(&|t| equation.source(&at(t)).to_f64(), points), line);
+        if i == j {
+            let source = |t: f64| equation.source(&at(i, t)).to_f64();
+            note(along(&source, points), line);
+        }
     }
     for line in 0..LINES {
         let fixed = kronecker_point(line + 1);
-        let fixed = equation.point(0, fixed.get(..E::DIMENSION).unwrap_or(&[]));
+        let fixed = |cell| equation.point(cell, fixed.get(..E::DIMENSION).unwrap_or(&[]));
+        let [from, to] = [fixed(i), fixed(j)];
         let other = kronecker_point(line + LINES + 1);
-        let at = |t: f64| place(equation, &other, axis, t);
+        let at = |cell: usize, t: f64| place(equation, cell, &other, axis, t);
         let of_jumps = |found: Found| Found {
             ends: Vec::new(),
             ..found
         };
-        let right = |t: f64| equation.kernel(&fixed, &at(t)).to_f64();
-        let left = |t: f64| equation.kernel(&at(t), &fixed).to_f64();
+        let right = |t: f64| equation.kernel(&from, &at(j, t)).to_f64();
+        let left = |t: f64| equation.kernel(&at(i, t), &to).to_f64();
         note(of_jumps(along(&right, CROSS_POINTS)), line + LINES);
         note(of_jumps(along(&left, CROSS_POINTS)), line + LINES);
     }
-    let most = MOST_CELLS.get(E::DIMENSION - 1).copied().unwrap_or(1) - 1;
     // Where there is one line only, all that jumps on it does so everywhere.
     let is_everywhere = |same: &[Jump]| {
         let first = same.first().map_or(0, |jump| jump.line);
         is_line && same.iter().any(|jump| jump.line == 0)
             || same.iter().any(|jump| jump.line != first)
     };
+    Found {
+        jumps: highest(jumps, is_everywhere),
+        ends,
+    }
+}
+
+/// The highest jump of each place, of those places that count.
+fn highest(mut jumps: Vec<Jump>, counts: impl Fn(&[Jump]) -> bool) -> Vec<Jump> {
     jumps.sort_unstable_by(|a, b| a.place.total_cmp(&b.place));
     let is_same = |a: &Jump, b: &Jump| b.place - a.place <= SAME;
-    let everywhere = jumps.chunk_by(is_same).filter(|same| is_everywhere(same));
     let highest = |same: &[Jump]| {
         let by_height = |a: &&Jump, b: &&Jump| a.height.total_cmp(&b.height);
         same.iter().max_by(by_height).copied()
     };
-    chosen(everywhere.filter_map(highest).collect(), ends, most)
+    let places = jumps.chunk_by(is_same).filter(|same| counts(same));
+    places.filter_map(highest).collect()
 }
 
-/// The point at the parameter t of an axis, and at others on the others.
-fn place<E: Cells>(equation: &E, others: &[f64; MOST_DIMENSIONS], axis: usize, t: f64) -> E::Point {
+/// The point of a cell at the parameter t of an axis, and at others on the others.
+fn place<E: Cells>(
+    equation: &E,
+    cell: usize,
+    others: &[f64; MOST_DIMENSIONS],
+    axis: usize,
+    t: f64,
+) -> E::Point {
     let mut all = *others;
     if let Some(own) = all.get_mut(axis) {
         *own = t.clamp(0.0, 1.0);
     }
-    equation.point(0, all.get(..E::DIMENSION).unwrap_or(&[]))
+    equation.point(cell, all.get(..E::DIMENSION).unwrap_or(&[]))
 }
 
 /// Jumps of a function on [0, 1], and intervals that have their share of its variation.

@@ -41,28 +41,54 @@
 //! Only D, which is as small as cells are fine, must be small against the resolvent: where the spectral radius of (1 + |R_n|)|D| is
 //! below 1 the estimate has a mean, which is (u,Φ) whatever the numbers K', F', w and the tables are. [`ResolventLooks::radius`]
 //! estimates it from root mean squares over pairs of cells.
+//!
+//! # The coarse resolvent
+//!
+//! Of many cells the numbers F', R'F' and w are those of single systems of equations, and R̂ is all of an inverse. Walks that go on are few, and
+//! may do so by the resolvent of another kernel of finite rank K_0, on fewer cells and with any numbers of its own. By K_n r₀ = ψᵀ Â ∫ ψ r₀ and
+//! R' = K' + K'R' one has (I − T_Kn) g = F − T_Kn r₀, so that of e = u − g
+//!
+//! ```text
+//! e = F + T_K (g + e) − g = T_Kn r₀ + T_D g + T_K e = (I + R_0) (T_Kn r₀ + T_D g + T_D0 e),    D_0 = K − K_0.
+//! ```
+//!
+//! The terms of first order are those above: what is due at y is e(y). The place of y on the coarse cells is looked up; from y itself, or from z by
+//! the row of R̂_0, a step leads to the next y by the table of |D_0|, scores W (D(z,y) g(y) + K_n(z,y) r₀(y)), and goes on with W D_0(z,y).
+//! The estimate has a mean where the spectral radius of (1 + |R_0|)|D_0| is below 1, which is (u,Φ) for any w, F' and K', if R'F' solves
+//! its system.
 
 #[cfg(feature = "alloc")]
 mod edges;
+#[cfg(feature = "alloc")]
+mod image;
 #[cfg(feature = "alloc")]
 mod plan;
 #[cfg(feature = "alloc")]
 mod setup;
 mod walk;
 
-pub use walk::{CellPoint, Ending, Resolvent, ResolventTables, RestDensity, Stratum, Trace};
+pub use walk::{
+    CellPoint, Coarse, Ending, Resolvent, ResolventTables, RestDensity, Stratum, Trace,
+};
 
 #[cfg(feature = "alloc")]
 pub use edges::{Grid, edges, kronecker_point};
 #[cfg(feature = "alloc")]
+pub use image::{BY_RULES, Image, ImageBounds, Images, total_degrees};
+#[cfg(feature = "alloc")]
 pub use plan::{GroupScores, Known, Plan, Round, RoundSum};
 #[cfg(feature = "alloc")]
-pub use setup::{AxisNode, GalerkinRows, PAIR_DRAWS, ResolventLooks, grading, singularity};
+pub use setup::{
+    AxisNode, GalerkinRows, PAIR_DRAWS, ResolventLooks, grading, is_rough, singularity,
+};
 
 use crate::galerkin::Cells;
 
 /// The most functions on a cell: those of degree 4 in three dimensions, and of degree 2 in six.
 pub const MOST_FUNCTIONS: usize = 36;
+
+/// The most functions on a cell that points score on: those of degree 6 in three dimensions, and of degree 4 in four.
+pub const MOST_SCORED: usize = 84;
 
 /// Equation u(x) = ∫ K(x,y) u(y) dμ(y) + F(x) by its kernel and its source, on cells.
 ///

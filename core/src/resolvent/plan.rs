@@ -24,7 +24,7 @@ const MOST_REPLICATES: u32 = 16;
 const LARGE: f64 = 1.0 / 32.0;
 /// The fewest points of a net in a group of strata.
 const LEAST_POINTS: f64 = 4.0;
-/// τ over the predicted standard deviation: what walks that go on add is then small beside what nets leave.
+/// τ over the predicted standard deviation, before anybody tells what nets gain.
 const SCALE: f64 = 0.1;
 
 /// Which stratum of a plan it is.
@@ -95,8 +95,14 @@ pub struct Plan<'a, P> {
     strata: Vec<Planned>,
     all: f64,
     std_dev: f64,
+    /// The number of strata that make the standard deviation, about.
+    effective: f64,
+    /// τ over the standard deviation.
+    scale: f64,
     /// The sizes of the coefficients of cells, of strata that all targets share.
     sizes: Vec<f64>,
+    /// The number of functions on a cell that these score on.
+    scored: usize,
     point: Option<&'a CellPoint<P>>,
     rest: Option<RestDensity<'a, P>>,
 }
@@ -126,6 +132,8 @@ pub struct Round<'p, 'a, P> {
 pub struct GroupScores {
     /// The cell to whose functions the scores belong, if all targets share them.
     pub cell: Option<usize>,
+    /// Whether they are scores of r₀.
+    pub is_source: bool,
     /// The mean score of every function, or of one, in every randomisation.
     pub means: Vec<f64>,
     /// The number of randomisations.
@@ -150,14 +158,15 @@ pub struct RoundSum {
 }
 
 impl<'a, P: Copy> Plan<'a, P> {
-    /// The strata that all targets share, with the largest size of their coefficients w on every cell.
+    /// The strata that all targets share, with the largest size of their coefficients w on every cell, and the number of functions on a
+    /// cell that points score on: those of the tables, or of a higher degree.
     ///
     /// # Errors
     /// [`GalerkinError::Memory`].
     pub fn shared(
         looks: &ResolventLooks,
         tables: &ResolventTables<'_>,
-        sizes: Vec<f64>,
+        (sizes, scored): (Vec<f64>, usize),
     ) -> Result<Self, GalerkinError> {
         let cells = looks.values.len();
         let mut strata = reserve(cells.saturating_add(1).saturating_mul(cells))?;
@@ -169,16 +178,11 @@ impl<'a, P: Copy> Plan<'a, P> {
             let pair = |into| Kind::Pair { from, into };
             plan_pairs(&mut strata, looks, tables, (from as usize, left), pair);
         }
-        let mut plan = Self {
-            strata,
-            all: 0.0,
-            std_dev: 0.0,
+        Ok(Self {
             sizes,
-            point: None,
-            rest: None,
-        };
-        plan.set_importance();
-        Ok(plan)
+            scored,
+            ..Self::of(strata, None, None)
+        })
     }
 
     /// The strata of the value at a point.
@@ -193,16 +197,7 @@ impl<'a, P: Copy> Plan<'a, P> {
         let mut strata = reserve(looks.values.len())?;
         let to_cell = |into| Kind::FromPoint { into };
         plan_pairs(&mut strata, looks, tables, (point.cell, 1.0), to_cell);
-        let mut plan = Self {
-            strata,
-            all: 0.0,
-            std_dev: 0.0,
-            sizes: Vec::new(),
-            point: Some(point),
-            rest: None,
-        };
-        plan.set_importance();
-        Ok(plan)
+        Ok(Self::of(strata, Some(point), None))
     }
 
     /// The strata of what polynomials leave of a functional, with its root mean square on every cell.
@@ -220,16 +215,27 @@ impl<'a, P: Copy> Plan<'a, P> {
         strata.extend((0_u32..).zip(own).map(|(cell, (size, (value, measure)))| {
             Planned::of(Kind::Rest { cell }, size * value * measure)
         }));
+        Ok(Self::of(strata, None, Some(rest)))
+    }
+
+    fn of(
+        strata: Vec<Planned>,
+        point: Option<&'a CellPoint<P>>,
+        rest: Option<RestDensity<'a, P>>,
+    ) -> Self {
         let mut plan = Self {
             strata,
             all: 0.0,
             std_dev: 0.0,
+            effective: 0.0,
+            scale: SCALE,
             sizes: Vec::new(),
-            point: None,
-            rest: Some(rest),
+            scored: 1,
+            point,
+            rest,
         };
         plan.set_importance();
-        Ok(plan)
+        plan
     }
 
     fn set_importance(&mut self) {
@@ -241,6 +247,9 @@ impl<'a, P: Copy> Plan<'a, P> {
         self.strata
             .iter_mut()
             .for_each(|own| own.importance = importance(own) + least);
+        let square = |own: &Planned| importance(own) * importance(own);
+        let squares = self.strata.iter().map(square);
+        self.effective = sum * sum / squares.sum::<f64>().max(f64::MIN_POSITIVE);
         self.std_dev = sum;
         self.all = sum + least * count;
     }
@@ -249,6 +258,20 @@ impl<'a, P: Copy> Plan<'a, P> {
     #[must_use]
     pub const fn std_dev(&self) -> f64 {
         self.std_dev
+    }
+
+    /// How many strata make that, about: (Σ s)²/Σ s² of their standard deviations s.
+    #[must_use]
+    pub const fn strata(&self) -> f64 {
+        self.effective
+    }
+
+    /// Sets by how much nets lower the standard deviation of a point. Walks that go on have no nets: with τ the score of one counts for as
+    /// much as it is where it is above τ, and for τ times its probability where not. The variance V₁ + κqτ times the time t₁ + cq/τ, where
+    /// q is the mean of |W| E, is least at τ = √(V₁c/(κt₁)): the standard deviation √V₁ that nets leave, as a step takes about
+    /// the time of a point, and E is about what it finds.
+    pub const fn set_gain(&mut self, gain: f64) {
+        self.scale = gain;
     }
 
     /// Takes what was seen of |D| into its tables: a round that follows is as unbiased with them.
@@ -353,17 +376,15 @@ impl<P: Copy> Round<'_, '_, P> {
             before += own.importance;
             up_to.push(before);
         }
-        let cell = group
-            .strata
-            .first()
-            .and_then(planned)
-            .and_then(|own| own.kind.cell());
-        let width = cell.map_or(1, |_| resolvent.tables.functions);
+        let kind = group.strata.first().and_then(planned).map(|own| own.kind);
+        let cell = kind.and_then(Kind::cell);
+        let width = cell.map_or(1, |_| self.plan.scored);
         let is_one = group.strata.len() == 1;
         let coordinates = 2 * E::DIMENSION + usize::from(!is_one);
         let points = 1_u64 << group.log2;
         let mut all = GroupScores {
             cell,
+            is_source: matches!(kind, Some(Kind::Source { .. })),
             means: vec![0.0; width * group.replicates as usize],
             replicates: group.replicates,
             points: points * u64::from(group.replicates),
@@ -387,7 +408,7 @@ impl<P: Copy> Round<'_, '_, P> {
                 };
                 let ending = Ending {
                     share: own.importance / self.plan.all,
-                    scale: SCALE * self.plan.all,
+                    scale: self.plan.scale * self.plan.all,
                 };
                 let factor = group.importance / own.importance / points as f64;
                 let trace = resolvent.score(&stratum, (&ending, factor), &mut draws, means);

@@ -34,6 +34,11 @@ const POWERS: u32 = 60;
 const GRADING_LOOKS: usize = 33;
 const COARSE: i32 = 12;
 const FINE: i32 = 24;
+/// How far from x = y, as a part of a cell, one looks whether K bends there like a smooth function, of whose bend a quarter is left at half the
+/// distance; the part from which on it does not; and the part of K that rounding hides.
+const ROUGH_DISTANCE: f64 = 1.0 / 64.0;
+const ROUGH: f64 = 0.375;
+const ROUGH_BEND: f64 = 1e-9;
 /// The exponent of |x − y| from which on K is taken to be singular there: that of a logarithm between these distances.
 const LEAST_EXPONENT: f64 = 0.05;
 /// The largest power of a uniform number: beyond it points lie nearer than rounding tells.
@@ -52,17 +57,21 @@ pub struct AxisNode {
 
 /// Nodes of the cube [0, 1]^d, with the functions of a cell there.
 #[derive(Debug)]
-struct CubeNodes {
+pub(super) struct CubeNodes {
     /// d numbers of each.
-    places: Vec<f64>,
-    shares: Vec<f64>,
+    pub(super) places: Vec<f64>,
+    pub(super) shares: Vec<f64>,
     /// B numbers of each.
     functions: Vec<f64>,
 }
 
 impl CubeNodes {
     /// The tensor product of a rule.
-    fn new(axis: &[AxisNode], dimension: usize, functions: usize) -> Result<Self, GalerkinError> {
+    pub(super) fn new(
+        axis: &[AxisNode],
+        dimension: usize,
+        functions: usize,
+    ) -> Result<Self, GalerkinError> {
         let count = axis.len().saturating_pow(dimension as u32);
         let (mut places, mut shares) = (reserve(count.saturating_mul(dimension))?, reserve(count)?);
         let mut all = buffer(count.saturating_mul(functions))?;
@@ -87,7 +96,7 @@ impl CubeNodes {
     }
 
     /// Parameters, share and functions of every node.
-    fn iter(
+    pub(super) fn iter(
         &self,
         dimension: usize,
         functions: usize,
@@ -302,6 +311,26 @@ pub fn singularity<E: Regular>(equation: &E) -> f64 {
     if median > LEAST_EXPONENT { median } else { 0.0 }
 }
 
+/// Whether K is not smooth at x = y, in one dimension, as some points tell.
+pub fn is_rough<E: Regular>(equation: &E) -> bool {
+    if E::DIMENSION != 1 {
+        return false;
+    }
+    let mut rough = 0;
+    for number in 0..GRADING_LOOKS {
+        let cell = number * equation.cells() / GRADING_LOOKS;
+        let t = 0.25 + 0.5 * (number as f64 + 0.5) / GRADING_LOOKS as f64;
+        let x = equation.point(cell, &[t]);
+        let at = |t: f64| equation.kernel(&x, &equation.point(cell, &[t])).to_f64();
+        let middle = at(t);
+        let bend = |distance: f64| (at(t - distance) + at(t + distance) - 2.0 * middle).abs();
+        let [wide, narrow] = [bend(ROUGH_DISTANCE), bend(0.5 * ROUGH_DISTANCE)];
+        let is_seen = narrow > ROUGH_BEND * middle.abs().max(wide);
+        rough += usize::from(is_seen && narrow > ROUGH * wide);
+    }
+    rough > GRADING_LOOKS / 4
+}
+
 /// How points of a step within a cell draw near to its start ([`ResolventTables::near`]): such that K times the share of a point is
 /// bounded where K grows like |x − y|^−a. 1: they are uniform.
 #[must_use]
@@ -370,7 +399,7 @@ impl<E: Regular> Resolvent<'_, E> {
             }
             *out = Real::sqrt(sum / points);
         }
-        let own = self.tables.near.get(cell).copied().unwrap_or(1);
+        let own = self.tables.near.get(cell).copied().unwrap_or(0);
         let found = row.get(cell).copied().unwrap_or(0.0);
         if own > 1 {
             return own;
@@ -380,7 +409,7 @@ impl<E: Regular> Resolvent<'_, E> {
             if let Some(out) = row.get_mut(cell) {
                 *out = found.max(ridge);
             }
-            return 1;
+            return own;
         }
         for into in cell.saturating_sub(1)..(cell + 2).min(cells) {
             let is_next = into != cell;
@@ -435,7 +464,8 @@ impl<E: Regular> Resolvent<'_, E> {
         Real::sqrt(squares.sum::<f64>() / f64::from(CELL_DRAWS))
     }
 
-    /// The looks, and tables of walks that follow from them, with what [`look_at_pairs`](Self::look_at_pairs) has found.
+    /// The looks, and tables of walks that follow from them, with what [`look_at_pairs`](Self::look_at_pairs) has found. Where walks go on by a
+    /// coarse resolvent there are no tables, and no radius.
     ///
     /// # Errors
     /// [`GalerkinError::Memory`].
@@ -448,7 +478,6 @@ impl<E: Regular> Resolvent<'_, E> {
             *rest = self.root_mean_square(cell, &|x| self.rest_of_source(x));
         }
         let largest = values.iter().copied().fold(0.0, f64::max);
-        let sizes = norms(&self.tables)?;
         let (mut steps, mut stays) = (buffer(cells * cells)?, buffer(cells)?);
         let all: f64 = measures.iter().sum();
         for ((row, stay), own) in steps
@@ -471,6 +500,18 @@ impl<E: Regular> Resolvent<'_, E> {
                 *to = up_to;
             }
         }
+        let points = f64::from(pair_draws(cells));
+        if self.coarse.is_some() {
+            return Ok(ResolventLooks {
+                differences,
+                points,
+                values,
+                rests,
+                stays,
+                ..ResolventLooks::default()
+            });
+        }
+        let sizes = norms(&self.tables)?;
         let most = stays.iter().copied().fold(0.0, f64::max);
         stays
             .iter_mut()
@@ -488,7 +529,7 @@ impl<E: Regular> Resolvent<'_, E> {
         Ok(ResolventLooks {
             radius: radius(&differences, &sizes, measures)?,
             differences,
-            points: f64::from(pair_draws(cells)),
+            points,
             values,
             rests,
             steps,

@@ -1,8 +1,8 @@
 //! The walk: what a point of a stratum scores.
 
-use super::{MOST_FUNCTIONS, Regular};
+use super::{MOST_FUNCTIONS, MOST_SCORED, Regular};
 use crate::galerkin::{MOST_DIMENSIONS, fill_products};
-use crate::{Real, Uniforms};
+use crate::{Located, Real, Uniforms};
 
 /// The most steps of a walk: where the estimate has a mean one of so many has never been met.
 const MOST_STEPS: u32 = 1 << 20;
@@ -29,7 +29,8 @@ pub struct ResolventTables<'a> {
     /// For every cell the importances of the cells to which the resolvent leads, each with all before it: n × n numbers.
     pub jumps: &'a [f64],
     /// For every cell how half of the points of a step within it draw near to its start, where K is singular or narrow at x = y: their
-    /// distance is a uniform number to this power. 1: all are uniform in the cell.
+    /// distance is a uniform number to this power. 1: all are uniform on either side of the start, in one dimension, where K is not smooth
+    /// at x = y; nets then see two smooth functions. 0: all are uniform in the cell.
     pub near: &'a [i32],
 }
 
@@ -114,6 +115,19 @@ pub struct Resolvent<'a, E> {
     pub equation: &'a E,
     /// The numbers of the solved equation.
     pub tables: ResolventTables<'a>,
+    /// Fewer cells by whose resolvent walks go on: then `resolvent`, `steps`, `stays` and `jumps` of the tables may be empty.
+    pub coarse: Option<Coarse<'a, E>>,
+}
+
+/// Solved equation on fewer cells, by whose resolvent walks go on.
+#[derive(Clone, Copy, Debug)]
+pub struct Coarse<'a, E> {
+    /// The equation on these cells.
+    pub equation: &'a E,
+    /// The numbers of the solved equation.
+    pub tables: ResolventTables<'a>,
+    /// What the difference on the finer cells is about, over that on these.
+    pub share: f64,
 }
 
 /// ψᵀ c over the functions of a point.
@@ -123,6 +137,16 @@ fn dot(functions: &[f64; MOST_FUNCTIONS], own: &[f64]) -> f64 {
 }
 
 impl<E: Regular> Resolvent<'_, E> {
+    /// A point of whatever cell.
+    pub fn locate(&self, point: E::Point) -> CellPoint<E::Point> {
+        let cell = self.equation.locate(&point);
+        let mut t = [E::Scalar::from_f64(0.0); MOST_DIMENSIONS];
+        let own = t.get_mut(..E::DIMENSION).unwrap_or(&mut []);
+        self.equation.parameters(&Located { point, cell }, own);
+        let t = t.map(Real::to_f64);
+        self.located(cell, point, t.get(..E::DIMENSION).unwrap_or(&[]))
+    }
+
     /// The point of a cell at these parameters.
     #[inline]
     pub fn at(&self, cell: usize, t: &[f64]) -> CellPoint<E::Point> {
@@ -196,7 +220,8 @@ impl<E: Regular> Resolvent<'_, E> {
     }
 
     /// Adds a factor times the score of one point of a stratum, whose coordinates are drawn first: the mean over the stratum is
-    /// the integral. `scores` has a number for every function of the first cell, or one.
+    /// the integral. `scores` has a number for every function of the first cell, which may be of a higher degree than those of the tables, or
+    /// one.
     #[inline]
     pub fn score<U: Uniforms<f64>>(
         &self,
@@ -216,9 +241,7 @@ impl<E: Regular> Resolvent<'_, E> {
             Stratum::Source { cell } => {
                 let z = self.draw(cell, draws);
                 let score = factor * self.measure(cell) * self.rest_of_source(&z);
-                for (to, psi) in scores.iter_mut().zip(&z.functions) {
-                    *to += score * psi;
-                }
+                self.add(&z, score, scores);
             }
             Stratum::Rest { density, cell } => {
                 let x = self.draw(cell, draws);
@@ -237,13 +260,28 @@ impl<E: Regular> Resolvent<'_, E> {
                 let z = self.draw(from, draws);
                 let weight = size * self.measure(from);
                 let score = self.step(weight, &z, into, ending, draws, &mut trace);
-                let score = factor * score / size;
-                for (to, psi) in scores.iter_mut().zip(&z.functions) {
-                    *to += score * psi;
-                }
+                self.add(&z, factor * score / size, scores);
             }
         }
         trace
+    }
+
+    /// Adds a score times every function in a point.
+    #[inline]
+    fn add(&self, z: &CellPoint<E::Point>, score: f64, scores: &mut [f64]) {
+        if scores.len() == self.tables.functions {
+            for (to, psi) in scores.iter_mut().zip(&z.functions) {
+                *to += score * psi;
+            }
+            return;
+        }
+        let mut functions = [0.0; MOST_SCORED];
+        let own = functions.get_mut(..scores.len()).unwrap_or(&mut []);
+        let t = z.parameters.get(..E::DIMENSION).unwrap_or(&[]);
+        fill_products(t, own);
+        for (to, psi) in scores.iter_mut().zip(own) {
+            *to += score * *psi;
+        }
     }
 
     /// An estimate of W (T_D u)(z) over a cell.
@@ -284,14 +322,14 @@ impl<E: Regular> Resolvent<'_, E> {
         into: usize,
         draws: &mut U,
     ) -> (CellPoint<E::Point>, f64) {
-        let power = |cell: usize| self.tables.near.get(cell).copied().unwrap_or(1);
+        let power = |cell: usize| self.tables.near.get(cell).copied().unwrap_or(0);
         let is_next = E::DIMENSION == 1 && z.cell.abs_diff(into) == 1;
         let power = match (z.cell == into, is_next) {
             (true, _) => power(into),
             (_, true) => power(into).max(power(z.cell)),
-            _ => 1,
+            _ => 0,
         };
-        if power <= 1 {
+        if power < if is_next { 2 } else { 1 } {
             return (self.draw(into, draws), 1.0);
         }
         self.draw_near(z, into, power, draws)
@@ -315,37 +353,46 @@ impl<E: Regular> Resolvent<'_, E> {
             core::cmp::Ordering::Equal => z.parameters,
             core::cmp::Ordering::Greater => [0.0; MOST_DIMENSIONS],
         };
-        let (mut density, mut is_near) = (1.0, None);
+        // From an end there is one side.
+        let is_inner = nearest < t[0] && t[0] < 1.0 - nearest;
+        let is_sided = E::DIMENSION == 1 && into == z.cell && is_inner;
+        let (mut share, mut density, mut is_near) = (1.0, 1.0, None);
         let own = t.get_mut(..E::DIMENSION).unwrap_or(&mut []);
         for t in own.iter_mut() {
             let mut uniform: f64 = draws.uniform();
             // The first coordinate tells which half it is.
             let is_near = *is_near.get_or_insert_with(|| {
-                let is_near = uniform < 0.5;
-                uniform = 2.0 * uniform - if is_near { 0.0 } else { 1.0 };
+                let is_near = power > 1 && uniform < 0.5;
+                if power > 1 {
+                    uniform = 2.0 * uniform - if is_near { 0.0 } else { 1.0 };
+                }
                 is_near
             });
-            // Below the start or above it, by their lengths.
-            let (at, from, length) = match uniform < *t {
-                true => (uniform / *t, -1.0, *t),
-                false => ((uniform - *t) / (1.0 - *t), 1.0, 1.0 - *t),
+            // Below the start or above it: as often as not, which nets know, or by their lengths.
+            let is_below = uniform < if is_sided { 0.5 } else { *t };
+            let (from, length) = match is_below {
+                true => (-1.0, *t),
+                false => (1.0, 1.0 - *t),
             };
+            let at = match (is_sided, is_below) {
+                (true, true) => 2.0 * uniform,
+                (true, false) => 2.0 * uniform - 1.0,
+                (false, true) => (*t - uniform) / *t,
+                (false, false) => (uniform - *t) / (1.0 - *t),
+            };
+            if is_sided {
+                share *= 2.0 * length;
+            }
             // What a uniform number is whose power gives the distance.
-            let root = match is_near {
-                true => at,
-                false if from < 0.0 => root_of(1.0 - at, power),
-                false => root_of(at, power),
-            };
+            let root = if is_near { at } else { root_of(at, power) };
             density /= f64::from(power) * power_of(root, power - 1);
-            *t = match is_near {
-                true => {
-                    let distance = (length * power_of(at, power)).max(nearest);
-                    (*t + from * distance).clamp(0.0, 1.0)
-                }
-                false => uniform,
+            let distance = match is_near {
+                true => (length * power_of(at, power)).max(nearest),
+                false => length * at,
             };
+            *t = (*t + from * distance).clamp(0.0, 1.0);
         }
-        (self.at(into, own), 2.0 / (1.0 + density))
+        (self.at(into, own), 2.0 * share / (1.0 + density))
     }
 
     /// An estimate of W (u − g)(y): by roulette the walk goes on, or the estimate is 0.
@@ -358,20 +405,31 @@ impl<E: Regular> Resolvent<'_, E> {
         draws: &mut U,
         steps: &mut u64,
     ) -> f64 {
-        let cells = self.tables.measures.len();
+        let coarse = self.coarse.as_ref().map(|coarse| Resolvent {
+            equation: coarse.equation,
+            tables: coarse.tables,
+            coarse: None,
+        });
+        let own = coarse.as_ref().unwrap_or(self);
+        let mut scale = ending.scale;
+        if let Some(coarse) = &self.coarse {
+            scale /= coarse.share;
+            y = own.locate(y.point);
+        }
+        let cells = own.tables.measures.len();
         let row = |table: &'_ [f64], cell: usize| -> Option<(usize, usize)> {
             let from = cell.checked_mul(cells)?;
             (from + cells <= table.len()).then_some((from, from + cells))
         };
         let (mut sum, mut own_steps) = (0.0, 0_u32);
         loop {
-            let Some((from, to)) = row(self.tables.jumps, y.cell) else {
+            let Some((from, to)) = row(own.tables.jumps, y.cell) else {
                 return f64::NAN;
             };
-            let jumps = self.tables.jumps.get(from..to).unwrap_or(&[]);
-            let stay = self.tables.stays.get(y.cell).copied().unwrap_or(f64::NAN);
+            let jumps = own.tables.jumps.get(from..to).unwrap_or(&[]);
+            let stay = own.tables.stays.get(y.cell).copied().unwrap_or(f64::NAN);
             let end = stay + jumps.last().copied().unwrap_or(0.0);
-            let survival = (weight.abs() / ending.share * end / ending.scale).min(1.0);
+            let survival = (weight.abs() / ending.share * end / scale).min(1.0);
             let roulette: f64 = draws.uniform();
             if !weight.is_finite() || own_steps > MOST_STEPS {
                 return f64::NAN;
@@ -389,29 +447,41 @@ impl<E: Regular> Resolvent<'_, E> {
                 weight *= end / stay;
             } else {
                 let (cell, importance) = chosen(jumps, pick - stay);
-                z = self.draw(cell, draws);
-                let resolvent = self.form(self.tables.resolvent, &y, &z);
-                weight *= self.measure(cell) * resolvent * end / importance;
-                sum += weight * self.rest_of_source(&z);
+                z = own.draw(cell, draws);
+                let resolvent = own.form(own.tables.resolvent, &y, &z);
+                weight *= own.measure(cell) * resolvent * end / importance;
+                if self.coarse.is_none() {
+                    sum += weight * self.rest_of_source(&z);
+                }
             }
-            let Some((from, to)) = row(self.tables.steps, z.cell) else {
+            let Some((from, to)) = row(own.tables.steps, z.cell) else {
                 return f64::NAN;
             };
-            let leads = self.tables.steps.get(from..to).unwrap_or(&[]);
+            let leads = own.tables.steps.get(from..to).unwrap_or(&[]);
             let all = leads.last().copied().unwrap_or(f64::NAN);
             let pick: f64 = draws.uniform();
             let (cell, importance) = chosen(leads, pick * all);
             let share;
-            (y, share) = self.draw_from(&z, cell, draws);
-            let difference = share * self.difference(&z, &y);
-            weight *= self.measure(cell) * difference * all / importance;
-            sum += weight * self.value(&y);
+            (y, share) = own.draw_from(&z, cell, draws);
+            let of = |kernel: f64| own.measure(cell) * (share * kernel) * all / importance;
+            if self.coarse.is_some() {
+                let [z, y] = [&z, &y].map(|x| self.locate(x.point));
+                let of_source = self.form(self.tables.kernel, &z, &y) * self.rest_of_source(&y);
+                sum += weight * of(self.difference(&z, &y) * self.value(&y) + of_source);
+            }
+            weight *= of(own.difference(&z, &y));
+            if self.coarse.is_none() {
+                sum += weight * self.value(&y);
+            }
         }
     }
 }
 
 /// The number above 0 of which this is the power.
 fn root_of(number: f64, power: i32) -> f64 {
+    if power == 1 {
+        return number;
+    }
     Real::exp(Real::ln(number) / f64::from(power))
 }
 

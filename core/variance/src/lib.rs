@@ -25,7 +25,7 @@ pub use analysis::{Analysis, Pass, Run, serially};
 pub use bounds::{Bounds, Quantities};
 pub use drawn::{DrawCounts, DrawnModel, DrawnSite, DrawnStart, Draws, SiteDensity, Walked};
 pub use error::VarianceError;
-pub use gauss::gauss;
+pub use gauss::{gauss, gauss_lobatto};
 pub use matrix::Power;
 pub use model::{Origin, Position, Transition, Values, VarianceModel, Wanted};
 pub use quadrature::{Quadrature, Step};

@@ -7,7 +7,7 @@ use fredholm_core::galerkin::{Basis, Cells, PairIntegral, TransitionMoments};
 use fredholm_core::global::Stationary;
 use fredholm_core::{Chain, Density, Equation, Lights, Located, Real, Space, Uniforms};
 
-use crate::functions::Functions;
+use crate::functions::{Functions, polynomials};
 use crate::mesh::Mesh;
 use crate::{CubeError, KernelFn, KernelIntegral, ScalarField};
 
@@ -260,10 +260,7 @@ impl<F: Real, const D: usize, K, S, const B: usize> Basis<B> for Cube<F, D, K, S
     /// The products of the core, with degrees that the compiler knows.
     #[inline]
     fn basis(&self, x: &Located<[F; D]>) -> [F; B] {
-        if const { Functions::<D, B>::DEGREE == 0 } {
-            return [F::one(); B];
-        }
-        Functions::at(self.mesh.local(x).each(|t| t + t - F::one()))
+        polynomials(&self.mesh.local(x))
     }
 }
 

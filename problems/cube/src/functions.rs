@@ -38,6 +38,22 @@ pub fn degrees<const D: usize>(most: usize) -> impl Iterator<Item = usize> {
     (0..functions(D, most)).map(move |number| along(number).map(usize::from).sum())
 }
 
+/// The B functions on a cell of D axes at these parameters: [`products`](fredholm_core::galerkin::products) of the core, to the bit, with
+/// degrees that the compiler knows.
+///
+/// ```
+/// let [one, y, x] = fredholm_cube::polynomials(&[0.75, 1.0]);
+/// assert_eq!((one, y, x), (1.0, 3.0_f64.sqrt(), 0.5 * 3.0_f64.sqrt()));
+/// ```
+#[inline]
+#[must_use]
+pub fn polynomials<F: Real, const D: usize, const B: usize>(t: &[F; D]) -> [F; B] {
+    if const { Functions::<D, B>::DEGREE == 0 } {
+        return [F::one(); B];
+    }
+    Functions::at(t.each(|t| t + t - F::one()))
+}
+
 /// Adds `factor` times the products of polynomials of total degree ≤ `most` along these axes.
 pub(crate) fn add_products(axes: &[Axis], most: usize, factor: f64, sums: &mut IterMut<'_, f64>) {
     let Some((axis, rest)) = axes.split_first() else {

@@ -9,8 +9,6 @@
 #[cfg(feature = "alloc")]
 extern crate alloc;
 
-#[cfg(feature = "alloc")]
-mod adaptive;
 mod cube;
 mod equation;
 mod error;
@@ -18,8 +16,6 @@ mod functions;
 mod mean;
 mod mesh;
 pub mod model;
-#[cfg(feature = "alloc")]
-mod moments;
 mod product;
 mod product_tables;
 #[cfg(feature = "alloc")]
@@ -29,10 +25,8 @@ mod scores;
 pub use cube::Cube;
 pub use equation::{KernelFn, KernelIntegral, ScalarField};
 pub use error::CubeError;
-pub use functions::degrees;
+pub use functions::{degrees, polynomials};
 pub use mean::{Mean, Weighted};
-#[cfg(feature = "alloc")]
-pub use moments::{KernelMoments, KernelShape};
 pub use product::{FactorIntegral, KernelFactors, Product};
 pub use product_tables::ProductTables;
 #[cfg(feature = "alloc")]

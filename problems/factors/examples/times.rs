@@ -3,7 +3,7 @@
 //! `times obj N` prints the canyon as an OBJ file: groups `ground` and `building1` to `building14`.
 //!
 //! ```text
-//! cargo run --release -p fredholm-factors --example times -- cube 8 1e-9
+//! cargo run --release -p fredholm-factors --features measure --example times -- cube 8 1e-9
 //! ```
 
 use core::sync::atomic::{AtomicUsize, Ordering};

@@ -3,20 +3,15 @@
 use alloc::vec::Vec;
 
 use fredholm_core::galerkin::{Solution, legendre};
-use fredholm_core::{NoDraws, Value};
+use fredholm_core::{Equation as _, NoDraws, Value};
+use fredholm_surfaces::{Grey, Tint};
 
-use crate::panels::gauss;
+use crate::matrix::{places, side_by_side};
 use crate::views::parts;
-use crate::{
-    Grading, Matrix, Mesh, RoomEquation, RoomError, Scene, Tables, WallColours, min_mass_ratio,
-    side_by_side,
-};
+use crate::{Grading, Matrix, Mesh, Room, RoomError, Scene, Tables};
 
 /// The functions on a cell of few.
 const FUNCTIONS: usize = 4;
-/// Sweeps of the solution on few cells, and the change at which they end.
-const SWEEPS: u32 = 1000;
-const TOLERANCE: f64 = 1e-14;
 
 /// A Galerkin solution v_c on few cells of degree 3, of one channel or of several, from which a v on any number n of cells follows by
 /// one step,
@@ -30,7 +25,7 @@ const TOLERANCE: f64 = 1e-14;
 ///
 /// ```
 /// use fredholm_room::{
-///     CoarseSolution, Enclosure, Grading, Material, Mesh, Scene, Surface, Tables, VisibilityTable,
+///     CoarseSolution, Enclosure, Grading, Material, Mesh, Scene, Surface, Tables,
 /// };
 ///
 /// // ρ = ½ and F = ½ everywhere: u = 1.
@@ -39,7 +34,7 @@ const TOLERANCE: f64 = 1e-14;
 /// let scene = Scene::new::<f64>(&[Surface { points: &points, materials: &grey }], Enclosure::Closed)?;
 /// let mesh = Mesh::new::<f64>(&scene, 1000, Grading::default())?;
 /// let tables = Tables::<f64>::new(&scene, &mesh);
-/// let room = tables.room(VisibilityTable::none());
+/// let room = tables.room();
 ///
 /// let coarse = CoarseSolution::new(&scene, 100)?;
 /// let mut v = vec![0.0; mesh.len()];
@@ -52,7 +47,6 @@ const TOLERANCE: f64 = 1e-14;
 #[derive(Clone, Debug)]
 pub struct CoarseSolution {
     tables: Tables<f64>,
-    matrix: Matrix,
     solutions: Vec<Solution>,
     /// v of all channels, side by side.
     v: Vec<f64>,
@@ -62,33 +56,31 @@ impl CoarseSolution {
     /// The Galerkin solution with about so many unknowns.
     ///
     /// # Errors
-    /// Those of [`Mesh::new`] and [`Matrix::with_functions`], and [`RoomError::Galerkin`].
+    /// Those of [`Mesh::new`] and [`Matrix::new`], and [`RoomError::Galerkin`].
     pub fn new(scene: &Scene, unknowns: usize) -> Result<Self, RoomError> {
-        let (mesh, matrix) = few(scene, unknowns)?;
-        let solution = matrix.solve(scene, &mesh, TOLERANCE, SWEEPS)?;
-        Ok(Self {
-            tables: Tables::new(scene, &mesh),
-            matrix,
-            v: solution.v.clone(),
-            solutions: alloc::vec![solution],
-        })
+        Self::of_channels(scene, unknowns, &Grey)
     }
 
     /// The Galerkin solutions of all channels, with about so many unknowns in each.
     ///
     /// # Errors
-    /// As [`new`](Self::new); [`RoomError::Length`]: colours of another number of walls.
+    /// As [`new`](Self::new).
     pub fn of_channels(
         scene: &Scene,
         unknowns: usize,
-        colours: &WallColours<'_, f64>,
+        tint: &impl Tint<f64>,
     ) -> Result<Self, RoomError> {
-        let (mesh, matrix) = few(scene, unknowns)?;
-        let solutions = matrix.solve_channels(scene, &mesh, colours, TOLERANCE, SWEEPS)?;
+        let cells = unknowns.div_ceil(FUNCTIONS).max(1);
+        let mesh = Mesh::new::<f64>(scene, cells, Grading::of_degree(FUNCTIONS - 1))?;
+        let tables = Tables::new(scene, &mesh);
+        let room = tables.room();
+        let matrix = Matrix::new::<FUNCTIONS>(&room)?;
+        let solutions =
+            (0..tint.channels()).map(|channel| matrix.solve_channel(&room, tint, channel));
+        let solutions = solutions.collect::<Result<Vec<_>, RoomError>>()?;
         Ok(Self {
-            tables: Tables::new(scene, &mesh),
-            matrix,
             v: side_by_side(&solutions, FUNCTIONS),
+            tables,
             solutions,
         })
     }
@@ -100,16 +92,16 @@ impl CoarseSolution {
     }
 
     /// Writes v of an equation of these channels on one of its cells: B numbers of each. What the few cells see serves all channels.
-    pub fn step<E: RoomEquation<f64>, const B: usize>(
+    pub fn step<C: Tint<f64>, const B: usize>(
         &self,
-        equation: &E,
+        many: &Room<'_, f64, C>,
         cell: usize,
         v: &mut [f64],
     ) {
-        let (few, many) = (self.tables.room(self.matrix.views()), equation.room());
+        let few = self.tables.room();
         v.fill(0.0);
         // Where other walls begin to be seen T_K v_c has a kink, of which no few points over the cell tell the mean.
-        for [from, to] in parts(many, cell, &[]) {
+        for [from, to] in parts(&many.grey(), cell, &[]) {
             for (place, weight) in places(B) {
                 let (t, weight) = (from + (to - from) * place, (to - from) * weight);
                 let x = many.inside(cell, t);
@@ -119,9 +111,9 @@ impl CoarseSolution {
                     return v.fill(f64::NAN);
                 };
                 let on_few = few.point_of(x.wall() as u32, wall, x.along() / wall.length);
-                let irradiance: E::Value = few.irradiance_of::<_, FUNCTIONS>(&on_few, &self.v);
-                let reflected = equation.kernel(&x, &x).times(&irradiance);
-                let value = equation.source(&x, &mut NoDraws).plus(&reflected);
+                let irradiance: C::Value = few.irradiance_of::<_, FUNCTIONS>(&on_few, &self.v);
+                let reflected = many.kernel(&x, &x).times(&irradiance);
+                let value = many.source(&x, &mut NoDraws).plus(&reflected);
                 let psi: [f64; B] = legendre(t + t - 1.0);
                 for (channel, own) in v.chunks_exact_mut(B).enumerate() {
                     for (own, psi) in own.iter_mut().zip(psi) {
@@ -131,24 +123,4 @@ impl CoarseSolution {
             }
         }
     }
-}
-
-/// The mesh and the coefficients of about so many unknowns.
-fn few(scene: &Scene, unknowns: usize) -> Result<(Mesh, Matrix), RoomError> {
-    let cells = unknowns.div_ceil(FUNCTIONS).max(1);
-    let mesh = Mesh::new::<f64>(scene, cells, Grading::of_pairs(FUNCTIONS - 1))?;
-    let ratio = min_mass_ratio(FUNCTIONS - 1);
-    let matrix = Matrix::with_functions(scene, &mesh, ratio, FUNCTIONS)?;
-    Ok((mesh, matrix))
-}
-
-/// Places in the unit interval, and weights that sum to 1, for so many functions.
-fn places(functions: usize) -> Vec<(f64, f64)> {
-    if functions == 1 {
-        // The mean is the value in the middle, but for what cells of degree 0 do not see either.
-        return alloc::vec![(0.5, 1.0)];
-    }
-    let rule = gauss::<f64>(usize::from(functions > 3));
-    rule.map(|(t, weight)| (0.5 + 0.5 * t, 0.5 * weight))
-        .collect()
 }

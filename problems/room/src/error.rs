@@ -2,7 +2,6 @@
 
 use core::fmt;
 
-use fredholm_core::MOST_CHANNELS;
 use fredholm_core::galerkin::GalerkinError;
 use fredholm_core::refused;
 
@@ -76,18 +75,6 @@ pub enum RoomError {
     Cells,
     /// The grading exponent is NaN or outside [1, 10].
     Grading,
-    /// The smallest ratio min_mass_ratio is NaN or outside [0, 1].
-    Ratio,
-    /// No functions on a cell, or more than 5.
-    Functions {
-        /// The number that was asked for.
-        functions: usize,
-    },
-    /// No channels, or more than walks serve or a value holds.
-    Channels {
-        /// The number that was asked for.
-        channels: usize,
-    },
     /// There is no such surface.
     Surface {
         /// The number that was asked for.
@@ -120,74 +107,96 @@ pub enum RoomError {
     Galerkin(GalerkinError),
 }
 
-impl fmt::Display for RoomError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl RoomError {
+    /// The place in a surface that is wrong, if it is one.
+    #[must_use]
+    pub const fn place(&self) -> Option<Place> {
+        match *self {
+            Self::Vertices { surface } | Self::Materials { surface } => {
+                Some(Place { surface, vertex: 0 })
+            }
+            Self::Coordinate(place)
+            | Self::Reflectance(place)
+            | Self::NothingAbsorbs(place)
+            | Self::Emission(place)
+            | Self::ZeroLength(place)
+            | Self::Crossing { second: place, .. }
+            | Self::Overlap { second: place, .. }
+            | Self::Open { at: place, .. } => Some(place),
+            _ => None,
+        }
+    }
+
+    /// Writes what is wrong, with places in the words of others.
+    ///
+    /// # Errors
+    /// Those of the formatter.
+    pub fn describe<N: fmt::Display>(
+        &self,
+        f: &mut fmt::Formatter<'_>,
+        name: impl Fn(Place) -> N,
+    ) -> fmt::Result {
+        if let (Some(place), false) = (
+            self.place(),
+            matches!(self, Self::Crossing { .. } | Self::Overlap { .. }),
+        ) {
+            write!(f, "{}: ", name(place))?;
+        }
         match self {
             Self::Empty => write!(f, "a room needs at least one surface"),
-            Self::Vertices { surface } => {
-                write!(f, "surface {surface} needs at least two vertices")
-            }
-            Self::Materials { surface } => write!(
+            Self::Vertices { .. } => write!(f, "a surface needs at least two vertices"),
+            Self::Materials { .. } => write!(
                 f,
-                "surface {surface} needs one material, or one for each of its segments"
+                "give one material for the surface, or one for each of its segments; numbers of several channels, such as colours, \
+                 need their names"
             ),
-            Self::Coordinate(place) => write!(
+            Self::Coordinate(_) => write!(
                 f,
-                "{place}: coordinates must be finite, and the scene between 1e-6 and 1e12 wide in \
-                 f32, 1e-100 and 1e100 in f64"
+                "coordinates must be finite, and the scene between 1e-100 and 1e100 wide (in f32 between 1e-6 and 1e12)"
             ),
-            Self::Reflectance(place) => write!(
+            Self::Reflectance(_) => write!(
                 f,
-                "{place}: the reflectance must be at least 0 and at most 1 (and so must an emissivity)"
+                "the reflectance must be in [0, 1] (and so must an emissivity)"
             ),
-            Self::NothingAbsorbs(place) => write!(
+            Self::NothingAbsorbs(_) => write!(
                 f,
-                "{place}: no wall of this part of the room absorbs; at least one needs a \
-                 reflectance below 1"
+                "no wall of this part of the room absorbs: at least one needs a reflectance below 1"
             ),
-            Self::Emission(place) => write!(
+            Self::Emission(_) => write!(
                 f,
-                "{place}: the emission must be finite (a temperature at least 0 kelvin)"
+                "the emission must be finite (a temperature at least 0 kelvin)"
             ),
-            Self::ZeroLength(place) => write!(
+            Self::ZeroLength(_) => write!(
                 f,
-                "{place}: the segment to the next vertex has no length; vertices nearer than 2^-40 \
-                 (f32: 2^-16) of the scene's width are one"
+                "the segment to the next vertex has no length; vertices nearer than 2^-40 (f32: 2^-16) of the scene's width are one"
             ),
-            Self::Crossing { first, second } => write!(
+            &Self::Crossing { first, second } => write!(
                 f,
-                "the segment from {first} crosses that from {second}; split them where they meet"
+                "the segment from {} crosses that from {}: split them where they meet",
+                name(second),
+                name(first)
             ),
-            Self::Overlap { first, second } => write!(
+            &Self::Overlap { first, second } => write!(
                 f,
-                "the segments from {first} and from {second} lie on each other and face the same \
-                 side; a thin baffle is two surfaces that face opposite sides"
+                "the segments from {} and from {} lie on each other and face the same side; a thin baffle is two surfaces that face \
+                 opposite sides",
+                name(second),
+                name(first)
             ),
             Self::Open {
-                at,
                 from: [x, y],
                 direction: [dx, dy],
+                ..
             } => write!(
                 f,
-                "the room is not closed at the segment from {at}: light leaves, or meets a wall \
-                 from behind, from ({x}, {y}) in direction ({dx}, {dy}); close the gap, turn surfaces \
-                 whose active side is not on the left, or declare the room open"
+                "the room is not closed here: light leaves, or meets a wall from behind, from ({x}, {y}) in direction ({dx}, {dy}); close \
+                 the gap, turn surfaces whose active side is not on the left, or declare the room open"
             ),
             Self::Cells => write!(
                 f,
-                "at least one cell is needed, at most 2^32 - 1, and no more than the scalar can \
-                 tell apart"
+                "at least one cell is needed, at most 2^32 - 1, and no more than the scalar can tell apart"
             ),
             Self::Grading => write!(f, "the grading exponent must lie between 1 and 10"),
-            Self::Functions { functions } => write!(
-                f,
-                "a cell of a room has from 1 to 5 functions, not {functions}"
-            ),
-            Self::Channels { channels } => write!(
-                f,
-                "a room has from 1 to {MOST_CHANNELS} channels, and no more than its values hold, not {channels}"
-            ),
-            Self::Ratio => write!(f, "the smallest ratio of masses must lie between 0 and 1"),
             Self::Surface { surface } => write!(f, "there is no surface {surface}"),
             Self::Wall { wall } => write!(f, "there is no wall {wall}"),
             Self::Fraction => write!(f, "a place along a wall lies between 0 and 1"),
@@ -195,8 +204,14 @@ impl fmt::Display for RoomError {
             Self::Lights => write!(f, "the lights of a room must be numbers of walls that grow"),
             Self::Length { expected, found } => refused::length(f, *expected, *found),
             Self::Memory { bytes } => refused::memory(f, *bytes, "; fewer cells need less"),
-            Self::Galerkin(error) => error.fmt(f),
+            Self::Galerkin(error) => write!(f, "{error}"),
         }
+    }
+}
+
+impl fmt::Display for RoomError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.describe(f, |place| place)
     }
 }
 

@@ -5,6 +5,7 @@ use core::ops::Range;
 use fredholm_core::array::Each;
 use fredholm_core::galerkin::{Cells, legendre};
 use fredholm_core::{Equation, Functional, Real, Start, StartOf, Uniforms};
+use fredholm_surfaces::Grey;
 use num_traits::{one, zero};
 
 use crate::moments::{MOST, Sight};
@@ -14,17 +15,17 @@ use crate::{Point, Room, RoomError};
 /// The mean of u over consecutive walls, weighted by length: those of a surface, or all. Walks
 /// start uniformly on them, φ = 1.
 #[derive(Clone, Debug)]
-pub struct MeanOver<'r, 'a, F> {
-    room: &'r Room<'a, F>,
+pub struct MeanOver<'r, 'a, F, C = Grey> {
+    room: &'r Room<'a, F, C>,
     walls: Range<usize>,
 }
 
-impl<'r, 'a, F: Real> MeanOver<'r, 'a, F> {
+impl<'r, 'a, F: Real, C> MeanOver<'r, 'a, F, C> {
     /// Over the walls `walls`.
     ///
     /// # Errors
     /// [`RoomError::Wall`] where there are no such walls.
-    pub fn new(room: &'r Room<'a, F>, walls: Range<usize>) -> Result<Self, RoomError> {
+    pub fn new(room: &'r Room<'a, F, C>, walls: Range<usize>) -> Result<Self, RoomError> {
         if walls.is_empty() || walls.end > room.geometry().walls().len() {
             return Err(RoomError::Wall { wall: walls.start });
         }
@@ -33,7 +34,7 @@ impl<'r, 'a, F: Real> MeanOver<'r, 'a, F> {
 
     /// Over all walls of a room.
     #[must_use]
-    pub fn everything(room: &'r Room<'a, F>) -> Self {
+    pub fn everything(room: &'r Room<'a, F, C>) -> Self {
         let walls = 0..room.geometry().walls().len();
         Self { room, walls }
     }
@@ -58,7 +59,7 @@ impl<'r, 'a, F: Real> MeanOver<'r, 'a, F> {
     }
 }
 
-impl<F, E> Functional<E> for MeanOver<'_, '_, F>
+impl<F, C, E> Functional<E> for MeanOver<'_, '_, F, C>
 where
     F: Real,
     E: Equation<Scalar = F, Point = Point<F>> + ?Sized,
@@ -95,14 +96,14 @@ impl<E: Equation + ?Sized, T: Functional<E>> Functional<E> for Irradiance<T> {
 /// direction leads, φ = 1; directions in which it leaves, or meets a wall from behind, bring
 /// nothing.
 #[derive(Clone, Copy, Debug)]
-pub struct Seen<'r, 'a, F> {
+pub struct Seen<'r, 'a, F, C = Grey> {
     /// The room.
-    pub room: &'r Room<'a, F>,
+    pub room: &'r Room<'a, F, C>,
     /// The point.
     pub position: [F; 2],
 }
 
-impl<F: Real> Seen<'_, '_, F> {
+impl<F: Real, C> Seen<'_, '_, F, C> {
     /// Calls `each` with a cell and the angle under which the point sees it: exact, by visible
     /// intervals. A cell that is seen in several pieces comes several times. In a closed room the
     /// angles of a point sum to 2π, and to 0 for one that is in no room.
@@ -114,28 +115,13 @@ impl<F: Real> Seen<'_, '_, F> {
 
     /// Calls `each` with a cell and the directions between which it is seen, from right to left.
     fn pieces(&self, mut each: impl FnMut(usize, Vector<F>, Vector<F>)) {
-        let (geometry, cells, x) = (self.room.geometry(), self.room.partition(), self.position);
-        for (w, wall) in (0..).zip(geometry.walls()) {
+        let (geometry, x) = (self.room.geometry(), self.position);
+        for w in 0..geometry.walls().len() as u32 {
             geometry.seen_pieces(x, w, |right, left| {
-                // Where the first direction meets the wall.
-                let [a, b] = wall.ends.each(|end| cross(right, sub(end, x)).abs());
-                let sum = a + b;
-                let fraction = if sum > zero() { a / sum } else { zero() };
-                let first = cells.find(w, fraction * wall.length);
-                let skip = (first as usize).saturating_sub(cells.range(w).start) + 1;
-                let ends = cells.of_wall(w).get(skip..).unwrap_or(&[]);
-                let mut from = right;
-                for (cell, end) in (first as usize..).zip(ends) {
-                    let to = sub(end.position, x);
-                    if !(cross(to, left) > zero()) {
-                        each(cell, from, left);
-                        break;
-                    }
-                    if cross(from, to) > zero() {
+                self.room
+                    .cells_between(x, w, [right, left], |cell, [from, to], _| {
                         each(cell, from, to);
-                        from = to;
-                    }
-                }
+                    });
             });
         }
     }
@@ -277,7 +263,7 @@ fn angle<F: Real>(a: [F; 2], b: [F; 2]) -> F {
     }
 }
 
-impl<F, E> Functional<E> for Seen<'_, '_, F>
+impl<F, C, E> Functional<E> for Seen<'_, '_, F, C>
 where
     F: Real,
     E: Equation<Scalar = F, Point = Point<F>> + ?Sized,
@@ -297,7 +283,7 @@ where
 #[cfg(all(test, feature = "alloc"))]
 mod tests {
     use super::Seen;
-    use crate::{Enclosure, Grading, Material, Mesh, Scene, Surface, Tables, VisibilityTable};
+    use crate::{Enclosure, Grading, Material, Mesh, Scene, Surface, Tables};
 
     /// What a point sees, in three ways: of polynomials on cells at once and by their moments, exactly, and of any function
     /// by points, whose panels of directions make hardly a difference once they are narrow.
@@ -317,7 +303,7 @@ mod tests {
         let scene = Scene::new::<f64>(&surfaces, Enclosure::Closed).unwrap();
         let mesh = Mesh::new::<f64>(&scene, 40, Grading::default()).unwrap();
         let tables = Tables::<f64>::new(&scene, &mesh);
-        let room = tables.room(VisibilityTable::none());
+        let room = tables.room();
         for position in [[0.3, 0.2], [1.0, 0.3], [1.95, 0.97]] {
             let seen = Seen {
                 room: &room,

@@ -5,8 +5,11 @@ pub(crate) use fredholm_surfaces::Backs;
 use fredholm_surfaces::{TreeNode, is_tree};
 use num_traits::{one, zero};
 
+#[cfg(feature = "alloc")]
+use crate::Material;
 use crate::RoomError;
 use crate::vector::{Vector, along, cross, dot, sub};
+use crate::visible::Part;
 
 /// A straight wall. Its active side is on the left of the direction from its first vertex to its
 /// second.
@@ -33,6 +36,16 @@ impl<F: Real> Wall<F> {
     #[inline]
     pub(crate) fn normal(&self) -> Vector<F> {
         [-self.tangent[1], self.tangent[0]]
+    }
+
+    /// All of the wall, of this number.
+    #[inline]
+    pub(crate) fn part(&self, number: u32) -> Part<F> {
+        Part {
+            wall: number,
+            ends: self.ends,
+            length: self.length,
+        }
     }
 
     /// The distance of `point` from the line of the wall, positive on the active side.
@@ -329,6 +342,18 @@ impl<'a, F: Real> Geometry<'a, F> {
                 places.copy_from_slice(&[node.first, node.first + 1]);
                 top += 2;
             }
+        }
+    }
+}
+
+#[cfg(feature = "alloc")]
+impl Geometry<'_, f64> {
+    /// The material of a wall.
+    pub(crate) fn material(&self, wall: usize) -> Material {
+        let of = |own: fn(&Wall<f64>) -> f64| self.walls.get(wall).map_or(f64::NAN, own);
+        Material {
+            reflectance: of(|wall| wall.reflectance),
+            emission: of(|wall| wall.emission),
         }
     }
 }

@@ -14,13 +14,10 @@ mod cast;
 mod closed;
 #[cfg(feature = "alloc")]
 mod coarse;
-mod coloured;
 #[cfg(feature = "alloc")]
 mod covered;
 mod error;
 mod exact;
-#[cfg(feature = "alloc")]
-mod exchange;
 #[cfg(feature = "alloc")]
 mod factors;
 mod functional;
@@ -33,11 +30,10 @@ mod matrix;
 #[cfg(feature = "alloc")]
 mod mesh;
 mod moments;
-mod pairs;
 mod panels;
-mod partition;
 #[cfg(feature = "alloc")]
-mod quadrature;
+mod paper;
+mod partition;
 #[cfg(feature = "alloc")]
 mod ray_boxes;
 #[cfg(feature = "alloc")]
@@ -53,8 +49,6 @@ mod shadows;
 #[cfg(feature = "alloc")]
 mod sides;
 #[cfg(feature = "alloc")]
-mod solution;
-#[cfg(feature = "alloc")]
 mod tables;
 mod vector;
 #[cfg(feature = "alloc")]
@@ -63,27 +57,26 @@ mod visible;
 
 #[cfg(feature = "alloc")]
 pub use coarse::CoarseSolution;
-pub use coloured::{ColouredRoom, WallColours};
 #[cfg(feature = "alloc")]
 pub use covered::Covered;
 pub use error::{Place, RoomError};
 pub use exact::ExactNeighbour;
 #[cfg(feature = "alloc")]
 pub use factors::exchanges;
-pub use fredholm_surfaces::{Enclosure, Material, STEFAN_BOLTZMANN};
+#[cfg(feature = "alloc")]
+pub use fredholm_surfaces::ColourTables;
+pub use fredholm_surfaces::{Colours, Enclosure, Grey, Material, STEFAN_BOLTZMANN, Tint, Wide};
 pub use functional::{Irradiance, MeanOver, Seen};
 pub use geometry::{Geometry, Hit, Node, Strip, Wall};
-pub use light::RoomEquation;
 #[cfg(feature = "alloc")]
 pub use light::{DirectLight, subtract_lights};
 #[cfg(feature = "alloc")]
-pub use matrix::{MIN_MASS_RATIO, Matrix, min_mass_ratio};
+pub use matrix::{Matrix, side_by_side};
 #[cfg(feature = "alloc")]
 pub use mesh::{Grading, Mesh};
-pub use pairs::{Choice, RoomPairs, Visibility, VisibilityTable};
-pub use partition::{Edge, Partition, PartitionTables};
 #[cfg(feature = "alloc")]
-pub use quadrature::RoomQuadrature;
+pub use paper::paper_pairs;
+pub use partition::{Edge, Partition, PartitionTables};
 #[cfg(feature = "alloc")]
 pub use ray_boxes::CellRays;
 #[cfg(feature = "alloc")]
@@ -96,7 +89,5 @@ pub use room::{Point, Room};
 pub use scene::{Scene, Surface};
 #[cfg(feature = "alloc")]
 pub use shadows::Shadows;
-#[cfg(feature = "alloc")]
-pub use solution::side_by_side;
 #[cfg(feature = "alloc")]
 pub use tables::Tables;

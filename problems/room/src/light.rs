@@ -4,29 +4,22 @@
 use alloc::vec::Vec;
 
 #[cfg(feature = "alloc")]
+use fredholm_core::NoDraws;
+#[cfg(feature = "alloc")]
 use fredholm_core::galerkin::{Cells, buffer, legendre, reserve};
-use fredholm_core::{Channels, Equation, Lights, NoDraws, Real, Uniforms, Value};
+use fredholm_core::{Equation, Lights, Real, Uniforms, Value};
 #[cfg(feature = "alloc")]
 use fredholm_core::{SourcePart, best_lights};
+#[cfg(feature = "alloc")]
+use fredholm_surfaces::Grey;
+use fredholm_surfaces::Tint;
 use num_traits::zero;
 
-use crate::{ColouredRoom, Point, Room, RoomError, Wall};
+use crate::{Point, Room, RoomError};
 #[cfg(feature = "alloc")]
-use crate::{Material, Scene, WallColours, factors::exchanges};
+use crate::{Scene, Wall, factors::exchanges};
 
-/// An equation of light in a room, of one channel or of several: a [`Room`] or a [`ColouredRoom`].
-///
-/// In a room [with lights](Room::with_lights) F_s is their emission, and nothing has to be drawn for a last step to them:
-/// (T_K F_s)(x) is ρ Σ_l F_l F_x→l with the form factors of what x sees of the lights, in closed form.
-pub trait RoomEquation<F: Real>: Lights<Scalar = F, Point = Point<F>> {
-    /// The room.
-    fn room(&self) -> &Room<'_, F>;
-
-    /// The irradiance that lights make at a point directly, Σ_l F_l F_x→l.
-    fn direct(&self, x: &Point<F>) -> Self::Value;
-}
-
-impl<'a, F: Real> Room<'a, F> {
+impl<'a, F: Real, C> Room<'a, F, C> {
     /// The room with some walls as lights, of which a [`LastStep`](fredholm_core::LastStep) knows what they emit: a small
     /// light is met by few walks, and a last step to it is made in every state that scores. The equation itself is the same.
     ///
@@ -38,7 +31,7 @@ impl<'a, F: Real> Room<'a, F> {
     /// ```
     /// use fredholm_core::{Equation, LastStep, NoDraws};
     /// use fredholm_room::{
-    ///     Enclosure, Grading, Material, Mesh, Scene, Surface, Tables, VisibilityTable,
+    ///     Enclosure, Grading, Material, Mesh, Scene, Surface, Tables,
     /// };
     ///
     /// let material = |emission| [Material { reflectance: 0.5, emission }];
@@ -49,7 +42,7 @@ impl<'a, F: Real> Room<'a, F> {
     /// let scene = Scene::new::<f64>(&[floor, rest], Enclosure::Closed)?;
     /// let mesh = Mesh::new::<f64>(&scene, 4, Grading::default())?;
     /// let tables = Tables::<f64>::new(&scene, &mesh);
-    /// let room = tables.room(VisibilityTable::none()).with_lights(&[0])?;
+    /// let room = tables.room().with_lights(&[0])?;
     /// // The floor's emission is known; from the middle of the ceiling it is seen under twice the angle whose tangent is ½.
     /// let [floor, ceiling] = [room.on_wall(0, 0.5)?, room.on_wall(2, 0.5)?];
     /// assert_eq!(LastStep(&room).source(&floor, &mut NoDraws), 0.0);
@@ -74,10 +67,13 @@ impl<'a, F: Real> Room<'a, F> {
     }
 }
 
-impl<F: Real> Room<'_, F> {
-    /// Calls `each` with the number of every light before a point, its wall, and the form factor to what the point sees of it.
-    #[inline(always)]
-    fn seen_lights(&self, x: &Point<F>, mut each: impl FnMut(usize, &Wall<F>, F)) {
+impl<F: Real, C: Tint<F>> Room<'_, F, C> {
+    /// The irradiance that lights make at a point directly, Σ_l F_l F_x→l.
+    // Not inline: walks without lights have nothing of this in their loop.
+    #[inline(never)]
+    #[must_use]
+    pub fn direct(&self, x: &Point<F>) -> C::Value {
+        let mut sum = self.white(zero());
         for &light in self.lights() {
             // There are such walls: `with_lights` has looked.
             let Some(wall) = self.geometry().wall(light) else {
@@ -87,83 +83,31 @@ impl<F: Real> Room<'_, F> {
             let [a, b] = x.position();
             let size = a.abs() + b.abs() + wall.length;
             if wall.height(x.position()) > F::from_f64(8.0) * F::EPSILON * size {
-                let light = light as usize;
-                each(light, wall, self.form_factor_of_wall(x, light));
+                let factor = self.form_factor_of_wall(x, light as usize);
+                sum = sum.plus(&self.emission(light).scaled(factor));
             }
         }
-    }
-}
-
-/// T_K F_s in a point.
-#[inline]
-fn reflected<F: Real, E: RoomEquation<F>>(equation: &E, x: &Point<F>) -> E::Value {
-    if equation.room().lights().is_empty() {
-        return E::Value::splat(equation.channels(), zero());
-    }
-    equation.kernel(x, x).times(&equation.direct(x))
-}
-
-/// F_s in a point.
-#[inline]
-fn emitted<F: Real, E: RoomEquation<F>>(equation: &E, x: &Point<F>) -> E::Value {
-    let lights = equation.room().lights();
-    match lights.binary_search(&(x.wall() as u32)) {
-        Ok(_) => equation.source(x, &mut NoDraws),
-        Err(_) => E::Value::splat(equation.channels(), zero()),
-    }
-}
-
-impl<F: Real> RoomEquation<F> for Room<'_, F> {
-    #[inline]
-    fn room(&self) -> &Room<'_, F> {
-        self
-    }
-
-    // Not inline: walks without lights have nothing of this in their loop.
-    #[inline(never)]
-    fn direct(&self, x: &Point<F>) -> F {
-        let mut sum = zero::<F>();
-        self.seen_lights(x, |_, wall, factor| sum += wall.emission * factor);
         sum
     }
 }
 
-impl<F: Real> Lights for Room<'_, F> {
+/// F_s is the emission of [lights](Room::with_lights), and nothing has to be drawn for a last step to them: (T_K F_s)(x) is
+/// ρ Σ_l F_l F_x→l with the form factors of what x sees of the lights, in closed form.
+impl<F: Real, C: Tint<F>> Lights for Room<'_, F, C> {
     #[inline]
-    fn light<U: Uniforms<F>>(&self, x: &Point<F>, _: &mut U) -> F {
-        reflected(self, x)
+    fn light<U: Uniforms<F>>(&self, x: &Point<F>, _: &mut U) -> C::Value {
+        if self.lights().is_empty() {
+            return self.white(zero());
+        }
+        self.kernel(x, x).times(&self.direct(x))
     }
 
-    fn known(&self, x: &Point<F>) -> F {
-        emitted(self, x)
-    }
-}
-
-impl<F: Real, const M: usize> RoomEquation<F> for ColouredRoom<'_, '_, F, M> {
     #[inline]
-    fn room(&self) -> &Room<'_, F> {
-        ColouredRoom::room(self)
-    }
-
-    #[inline(never)]
-    fn direct(&self, x: &Point<F>) -> Channels<F, M> {
-        let mut sum = Channels::splat(self.channels(), zero());
-        ColouredRoom::room(self).seen_lights(x, |light, _, factor| {
-            let emission = self.value(self.colours().emissions(light));
-            sum = sum.plus(&emission.scaled(factor));
-        });
-        sum
-    }
-}
-
-impl<F: Real, const M: usize> Lights for ColouredRoom<'_, '_, F, M> {
-    #[inline]
-    fn light<U: Uniforms<F>>(&self, x: &Point<F>, _: &mut U) -> Channels<F, M> {
-        reflected(self, x)
-    }
-
-    fn known(&self, x: &Point<F>) -> Channels<F, M> {
-        emitted(self, x)
+    fn known(&self, x: &Point<F>) -> C::Value {
+        match self.lights().binary_search(&(x.wall() as u32)) {
+            Ok(_) => self.emission(x.wall() as u32),
+            Err(_) => self.white(zero()),
+        }
     }
 }
 
@@ -226,7 +170,7 @@ impl DirectLight {
     /// # Errors
     /// [`RoomError::Memory`].
     pub fn new(scene: &Scene, lights: &[u32]) -> Result<Self, RoomError> {
-        let mut all = Self::of(scene, lights, 1, &|wall, _| scene.material(wall))?;
+        let mut all = Self::of_channels(scene, lights, &Grey)?;
         all.pop().ok_or(RoomError::Memory { bytes: None })
     }
 
@@ -237,20 +181,15 @@ impl DirectLight {
     pub fn of_channels(
         scene: &Scene,
         lights: &[u32],
-        colours: &WallColours<'_, f64>,
+        tint: &impl Tint<f64>,
     ) -> Result<Vec<Self>, RoomError> {
-        Self::of(scene, lights, colours.channels(), &|wall, channel| {
-            colours.material(wall, channel)
-        })
-    }
-
-    /// The light in so many channels, of the materials of walls in each.
-    fn of(
-        scene: &Scene,
-        lights: &[u32],
-        channels: usize,
-        material: &dyn Fn(usize, usize) -> Material,
-    ) -> Result<Vec<Self>, RoomError> {
+        let channels = tint.channels();
+        let material = |wall, channel| {
+            scene
+                .geometry()
+                .material(wall)
+                .in_channel(tint, [wall, channel])
+        };
         let mut all = reserve(channels)?;
         for channel in 0..channels {
             let mut walls: Vec<WallLight> = buffer(scene.walls.len())?;
@@ -314,8 +253,8 @@ const PARTS: u32 = 4;
 /// Takes what is known of lights from the coefficients of v on a cell, B of every channel: from v near u to the polynomials near
 /// u − F_s − T_K F_s that a [`RayNeighbour`](crate::RayNeighbour) has in a room with lights.
 #[cfg(feature = "alloc")]
-pub fn subtract_lights<E: RoomEquation<f64>, const B: usize>(
-    equation: &E,
+pub fn subtract_lights<C: Tint<f64>, const B: usize>(
+    room: &Room<'_, f64, C>,
     cell: usize,
     v: &mut [f64],
 ) {
@@ -323,8 +262,8 @@ pub fn subtract_lights<E: RoomEquation<f64>, const B: usize>(
         for (place, weight) in crate::rays::GAUSS {
             let t = (f64::from(part) + place) / f64::from(PARTS);
             let psi: [f64; B] = legendre(t + t - 1.0);
-            let x = equation.room().point(cell, &[t]);
-            let known = equation.known(&x).plus(&reflected(equation, &x));
+            let x = room.point(cell, &[t]);
+            let known = room.known(&x).plus(&room.light(&x, &mut NoDraws));
             for (channel, own) in v.chunks_exact_mut(B).enumerate() {
                 let known = known.get(channel) * weight / f64::from(PARTS);
                 for (own, psi) in own.iter_mut().zip(psi) {
@@ -339,9 +278,7 @@ pub fn subtract_lights<E: RoomEquation<f64>, const B: usize>(
 mod tests {
     use alloc::vec::Vec;
 
-    use crate::{
-        Enclosure, Grading, Material, Mesh, RoomEquation, Scene, Surface, Tables, VisibilityTable,
-    };
+    use crate::{Enclosure, Grading, Material, Mesh, Scene, Surface, Tables};
 
     /// Where all walls are lights of emission 1, a point is given 1 directly, wherever it is and whatever hides what.
     #[test]
@@ -371,10 +308,7 @@ mod tests {
         let mesh = Mesh::new::<f64>(&scene, 40, Grading::default()).unwrap();
         let tables = Tables::<f64>::new(&scene, &mesh);
         let all: Vec<u32> = (0..scene.walls.len() as u32).collect();
-        let room = tables
-            .room(VisibilityTable::none())
-            .with_lights(&all)
-            .unwrap();
+        let room = tables.room().with_lights(&all).unwrap();
         for wall in 0..all.len() {
             for place in 1..200 {
                 let x = room.on_wall(wall, f64::from(place) / 200.0).unwrap();

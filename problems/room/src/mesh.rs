@@ -15,7 +15,7 @@ use crate::visible::twins;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grading {
     /// g: the i-th of m cells from a corner where two walls see each other ends at about (i/m)^g of
-    /// the way. 1 makes equal cells, with which the corners alone keep the standard deviation of pairs in S at n^−½.
+    /// the way. 1 makes equal cells.
     pub exponent: f64,
     /// Whether to cut at the edges of the shadows of lights as well: where the line from a vertex
     /// at which the emission jumps past one that stands out into the room meets a wall. There u has
@@ -24,7 +24,7 @@ pub struct Grading {
 }
 
 impl Grading {
-    /// The grading that serves cells of a degree p where h = k on all pairs, from rays or pointwise: g = 3/2 + 3p/8, and cuts at
+    /// The grading that serves cells of a degree p where h = k on all pairs: g = 3/2 + 3p/8, and cuts at
     /// shadows for degrees above 0. There is no pair whose h is wrong next to a corner; what asks for small cells there is that u
     /// is less smooth, and the more so the higher the degree is. Rooms whose shadows leave more than their corners do would do
     /// with less from degree 1 on, empty ones would not: there 2 in place of 3 leaves 20 times more at degree 4.
@@ -35,22 +35,12 @@ impl Grading {
             shadows: degree > 0,
         }
     }
-
-    /// The grading that serves pairs in S of a degree: g = 3, and cuts at shadows for degrees above 0. Next to a corner h of such
-    /// pairs is wrong by a factor at every size of the cells, so that these must be small there.
-    #[must_use]
-    pub const fn of_pairs(degree: usize) -> Self {
-        Self {
-            exponent: 3.0,
-            shadows: degree > 0,
-        }
-    }
 }
 
 impl Default for Grading {
-    /// The grading for pairs in S of degree 0: g = 3, no cuts at shadows.
+    /// The grading for cells of degree 0.
     fn default() -> Self {
-        Self::of_pairs(0)
+        Self::of_degree(0)
     }
 }
 

@@ -20,7 +20,6 @@ use fredholm_core::{Equation, Located, Real, Value};
 use num_traits::{one, zero};
 
 use crate::geometry::{Geometry, Wall, factor};
-use crate::pairs::Visibility;
 use crate::panels::{Panels, gauss};
 use crate::vector::{Vector, cross, dot, sub};
 use crate::visible::{Part, Viewer};
@@ -144,44 +143,35 @@ fn of_interval<F: Real, const B: usize>(
 impl<F: Real> Geometry<'_, F> {
     /// Calls `each` with numbers and the B functions of a part in as many places, so that for a
     /// polynomial P of degree 2B − 2 in them the sum of the numbers times P is ∫ P cos θ_x cos
-    /// θ_y/(2r) dy over what the point sees of the part. For B = 1 that is one number, the form
-    /// factor.
+    /// θ_y/(2r) dy over what the point sees of the part between two directions, from right to left. For B = 1 that is
+    /// one number, the form factor. `is_whole`: it sees all of the part.
     #[inline]
-    pub(crate) fn measure<const B: usize>(
+    fn measure_piece<const B: usize>(
         &self,
         panels: &Panels<F>,
         from: &Viewer<F>,
         part: &Part<F>,
-        view: Visibility,
-        mut each: impl FnMut(F, &[F; B]),
+        ([right, left], is_whole): ([Vector<F>; 2], bool),
+        each: &mut impl FnMut(F, &[F; B]),
     ) {
-        match view {
-            Visibility::None => {}
-            Visibility::Full | Visibility::FullBounded => {
-                self.measure_whole(panels, from, part, &mut each);
-            }
-            Visibility::Partial if B == 1 => each(self.visible(from, part), &[one(); B]),
-            Visibility::Partial => {
-                let (Some(own), Some(other)) = (self.wall(from.wall), self.wall(part.wall)) else {
-                    return each(F::NAN, &[F::NAN; B]);
-                };
-                let sight = Sight::new(own.normal(), from.position, part, other);
-                let mut piece = |whole: bool, right, left| {
-                    if whole {
-                        return self.measure_whole(panels, from, part, &mut each);
-                    }
-                    // As in `visible`: a gap between shadows that rounding left is none.
-                    let gap = F::from_f64(4.0) * F::EPSILON;
-                    if factor(own.normal(), right, left, cross(right, left)) > gap {
-                        let ends = [right, left].each(|d| sight.meets(d, other));
-                        of_interval(panels, &sight, ends, &mut each);
-                    }
-                };
-                // Called by its address, so that the sweep is compiled once for all degrees.
-                let piece: &mut dyn FnMut(bool, Vector<F>, Vector<F>) = &mut piece;
-                self.visible_pieces(from, part, piece);
-            }
+        if is_whole {
+            return self.measure_whole(panels, from, part, each);
         }
+        let (Some(own), Some(other)) = (self.wall(from.wall), self.wall(part.wall)) else {
+            return each(F::NAN, &[F::NAN; B]);
+        };
+        let share = factor(own.normal(), right, left, cross(right, left));
+        // As in `visible`: a gap between shadows that rounding left is none.
+        let gap = F::from_f64(4.0) * F::EPSILON;
+        if !(share > gap) {
+            return;
+        }
+        if B == 1 {
+            return each(share, &[one(); B]);
+        }
+        let sight = Sight::new(own.normal(), from.position, part, other);
+        let ends = [right, left].each(|d| sight.meets(d, other));
+        of_interval(panels, &sight, ends, each);
     }
 
     /// Moments over a part that is seen wholly.
@@ -214,7 +204,7 @@ impl<F: Real> Geometry<'_, F> {
     }
 }
 
-impl<F: Real> Room<'_, F> {
+impl<F: Real, C> Room<'_, F, C> {
     /// The form factor from `x` to cell `j`: the light that leaves x and arrives there.
     #[inline]
     #[must_use]
@@ -225,15 +215,29 @@ impl<F: Real> Room<'_, F> {
 
     /// ∫ ψ_b cos θ_x cos θ_y/(2r) dy over what `x` sees of cell `j`, for all b; the first is the
     /// [form factor](Self::form_factor).
-    #[inline]
     #[must_use]
     pub fn form_factors<const B: usize>(&self, x: &Point<F>, j: usize) -> [F; B] {
-        let mut sums = [zero(); B];
-        self.measure(x, j, |share, psi: &[F; B]| {
-            for (sum, &psi) in sums.iter_mut().zip(psi) {
-                *sum += share * psi;
-            }
-        });
+        let Some(part) = self.partition().part(j) else {
+            return [F::NAN; B];
+        };
+        let (viewer, mut sums) = (x.viewer(), [zero(); B]);
+        if self.is_at_end(x, part.wall) {
+            self.in_corner(&viewer, part.wall, &mut |cell, own: &[F; B]| {
+                if cell == j {
+                    sums = *own;
+                }
+            });
+            return sums;
+        }
+        let mut piece = |whole, right, left| {
+            plus(
+                &mut sums,
+                &self.moments_of::<B>(&viewer, &part, ([right, left], whole)),
+            );
+        };
+        // Called by its address, so that the sweep is compiled once for all degrees.
+        let piece: &mut dyn FnMut(bool, Vector<F>, Vector<F>) = &mut piece;
+        self.geometry().visible_pieces(&viewer, &part, piece);
         sums
     }
 
@@ -243,12 +247,93 @@ impl<F: Real> Room<'_, F> {
         let Some(found) = self.geometry().walls().get(wall) else {
             return F::NAN;
         };
-        let part = Part {
-            wall: wall as u32,
-            ends: found.ends,
-            length: found.length,
-        };
+        let part = found.part(wall as u32);
         self.geometry().visible(&x.viewer(), &part)
+    }
+
+    /// Calls `each` with the cells that a point sees and their [moments](Self::form_factors), wall by wall; with one that is seen in several
+    /// pieces, several times.
+    ///
+    /// O(w) visits of the hierarchy for w walls, and O(1) for every cell that is seen.
+    pub(crate) fn seen_cells<const B: usize>(
+        &self,
+        x: &Point<F>,
+        mut each: impl FnMut(usize, &[F; B]),
+    ) {
+        let (geometry, cells, viewer) = (self.geometry(), self.partition(), x.viewer());
+        for (w, wall) in (0..).zip(geometry.walls()) {
+            if self.is_at_end(x, w) {
+                self.in_corner(&viewer, w, &mut each);
+                continue;
+            }
+            let mut piece = |_, right, left| {
+                self.cells_between(viewer.position, w, [right, left], |cell, ends, whole| {
+                    if let Some(part) = cells.part(cell) {
+                        each(cell, &self.moments_of(&viewer, &part, (ends, whole)));
+                    }
+                });
+            };
+            let piece: &mut dyn FnMut(bool, Vector<F>, Vector<F>) = &mut piece;
+            geometry.visible_pieces(&viewer, &wall.part(w), piece);
+        }
+    }
+
+    /// Whether a point is an end of another wall.
+    fn is_at_end(&self, x: &Point<F>, wall: u32) -> bool {
+        let found = self.geometry().wall(wall);
+        x.viewer().wall != wall && found.is_some_and(|own| own.ends.contains(&x.position()))
+    }
+
+    /// What is seen of a wall from one of its ends: all at the end of a cell there.
+    fn in_corner<const B: usize>(
+        &self,
+        viewer: &Viewer<F>,
+        wall: u32,
+        each: &mut impl FnMut(usize, &[F; B]),
+    ) {
+        let range = self.partition().range(wall);
+        for cell in [range.start, range.end.saturating_sub(1)] {
+            let part = self.partition().part(cell);
+            if let Some(part) = part.filter(|part| part.ends.contains(&viewer.position)) {
+                // The directions are not asked for.
+                let nothing = [[zero(); 2]; 2];
+                each(cell, &self.moments_of(viewer, &part, (nothing, true)));
+            }
+        }
+    }
+
+    /// The moments of a piece of a cell.
+    #[inline]
+    fn moments_of<const B: usize>(
+        &self,
+        viewer: &Viewer<F>,
+        part: &Part<F>,
+        piece: ([Vector<F>; 2], bool),
+    ) -> [F; B] {
+        const {
+            assert!(
+                0 < B && B <= MOST,
+                "a cell of a room has from 1 to 5 functions"
+            );
+        }
+        let mut sums = [zero(); B];
+        let mut add = |share: F, psi: &[F; B]| {
+            for (sum, &psi) in sums.iter_mut().zip(psi) {
+                *sum += share * psi;
+            }
+        };
+        self.geometry()
+            .measure_piece(self.panels(B), viewer, part, piece, &mut add);
+        sums
+    }
+
+    /// Writes the moments of all cells, B of each: see [`form_factors`](Self::form_factors).
+    pub fn all_form_factors<const B: usize>(&self, x: &Point<F>, out: &mut [F]) {
+        out.fill(zero());
+        self.seen_cells(x, |cell, own: &[F; B]| {
+            let place = out.get_mut(cell * B..(cell + 1) * B);
+            plus(place.unwrap_or_default(), own);
+        });
     }
 
     /// The irradiance that v makes at a point: v times form factors, over all cells. v has B numbers of every channel, cell by cell;
@@ -257,60 +342,31 @@ impl<F: Real> Room<'_, F> {
     pub fn irradiance_of<W: Value<f64>, const B: usize>(&self, x: &Point<F>, v: &[F]) -> W {
         let channels = v.len() / (self.cells() * B).max(1);
         let mut sum = W::splat(channels, 0.0);
-        for (j, own) in v.chunks_exact((channels * B).max(1)).enumerate() {
-            let factors = self.form_factors::<B>(x, j).each(|factor| factor.to_f64());
-            if factors == [0.0; B] {
-                continue;
-            }
+        self.seen_cells(x, |cell, factors: &[F; B]| {
+            let own = v.get(cell * channels * B..).unwrap_or(&[]);
             let of_cell = W::from_fn(channels, |channel| {
-                let own = own.iter().skip(channel * B);
-                own.zip(factors)
-                    .map(|(v, factor)| v.to_f64() * factor)
-                    .sum()
+                let own = own.iter().skip(channel * B).zip(factors);
+                own.map(|(v, factor)| v.to_f64() * factor.to_f64()).sum()
             });
             sum = sum.plus(&of_cell);
-        }
+        });
         sum
     }
-
-    /// Calls `each` with what [`Geometry::measure`] says of cell `j`.
-    #[inline]
-    fn measure<const B: usize>(&self, x: &Point<F>, j: usize, mut each: impl FnMut(F, &[F; B])) {
-        const {
-            assert!(
-                0 < B && B <= MOST,
-                "a cell of a room has from 1 to 5 functions"
-            );
-        }
-        match self.partition().part(j) {
-            Some(part) => {
-                let view = self.views().visibility(self.locate(x), j);
-                let panels = self.panels(B);
-                self.geometry()
-                    .measure(panels, &x.viewer(), &part, view, each);
-            }
-            None => each(F::NAN, &[F::NAN; B]),
-        }
-    }
 }
 
-/// Adds `share` ψ_b ψ_c.
+/// Adds numbers to others.
 #[inline]
-fn add<F: Real, const B: usize>(sums: &mut [[F; B]; B], share: F, psi: &[F; B]) {
-    for (row, &left) in sums.iter_mut().zip(psi) {
-        let left = share * left;
-        for (sum, &right) in row.iter_mut().zip(psi) {
-            *sum += left * right;
-        }
+fn plus<F: Real>(sums: &mut [F], own: &[F]) {
+    for (sum, &own) in sums.iter_mut().zip(own) {
+        *sum += own;
     }
 }
 
-impl<F: Real, const B: usize> TransitionMoments<B> for Room<'_, F> {
+/// p_j(x), of piecewise constants alone: pairs of cells serve the method of the paper.
+impl<F: Real, C> TransitionMoments for Room<'_, F, C> {
     #[inline]
-    fn moments(&self, x: &Located<Point<F>>, j: usize) -> [[F; B]; B] {
-        let mut sums = [[zero(); B]; B];
-        self.measure(&x.point, j, |share, psi| add(&mut sums, share, psi));
-        sums
+    fn moments(&self, x: &Located<Point<F>>, j: usize) -> [[F; 1]; 1] {
+        [[self.form_factor(&x.point, j)]]
     }
 }
 
@@ -329,8 +385,17 @@ mod tests {
     use fredholm_core::Real;
     use fredholm_core::galerkin::legendre;
 
-    use super::{Sight, add, of_whole};
+    use super::{Sight, of_whole};
     use crate::panels::{Panels, RULES, gauss};
+
+    /// Adds `share` ψ_b ψ_c.
+    fn add<F: Real, const B: usize>(sums: &mut [[F; B]; B], share: F, psi: &[F; B]) {
+        for (row, &left) in sums.iter_mut().zip(psi) {
+            for (sum, &right) in row.iter_mut().zip(psi) {
+                *sum += share * left * right;
+            }
+        }
+    }
 
     /// Numbers in [0, 1).
     struct Draws(u64);

@@ -4,12 +4,13 @@ use alloc::vec::Vec;
 
 use fredholm_core::Real;
 use fredholm_core::galerkin::{reserve, rounded};
+use fredholm_surfaces::Tint;
 
 use crate::ray_boxes::CellRays;
 use crate::rays::{
     OF_INTERVAL, OWN, PRODUCTS, RayControl, RayNeighbour, Share, Stretch, TERMS, add_mean,
 };
-use crate::{RoomEquation, RoomError};
+use crate::{Room, RoomError};
 
 /// The tables of a [`RayNeighbour`].
 #[derive(Clone, Debug)]
@@ -147,11 +148,11 @@ impl<F: Real> RayTables<F> {
     ///
     /// # Errors
     /// [`RoomError::Length`], [`RoomError::Tables`]: v or the tables are those of other cells or channels.
-    pub fn neighbour<'n, E: RoomEquation<F>, const B: usize>(
+    pub fn neighbour<'n, 'a, C: Tint<F>, const B: usize>(
         &'n self,
-        equation: &'n E,
+        equation: &'n Room<'a, F, C>,
         v: &'n [F],
-    ) -> Result<RayNeighbour<'n, E, F, B>, RoomError> {
+    ) -> Result<RayNeighbour<'n, Room<'a, F, C>, F, B>, RoomError> {
         RayNeighbour::new(equation, v, self.control())
     }
 }

@@ -4,11 +4,14 @@ use core::ops::Range;
 
 use fredholm_core::array::Each;
 use fredholm_core::galerkin::{Basis, Cells, legendre};
-use fredholm_core::{Located, Neighbour, NoDraws, Real, Space, Uniforms, Value};
+use fredholm_core::{
+    Equation as _, Lights as _, Located, Neighbour, NoDraws, Real, Space, Uniforms, Value,
+};
+use fredholm_surfaces::{Tint, Wide};
 use num_traits::{one, zero};
 
 use crate::vector::{Vector, dot, sub};
-use crate::{Point, Room, RoomEquation, RoomError};
+use crate::{Point, Room, RoomError};
 
 /// Functions of the place in a cell, and of that in a box of directions.
 pub(crate) const TERMS: usize = 5;
@@ -186,9 +189,9 @@ impl<'a, F: Real> RayControl<'a, F> {
 
     /// What is seen from a point.
     #[inline]
-    fn view(
+    fn view<C>(
         &self,
-        room: &Room<'_, F>,
+        room: &Room<'_, F, C>,
         x: &Located<Point<F>>,
         channels: usize,
     ) -> Option<View<'a, F>> {
@@ -305,14 +308,18 @@ impl<E, F: Real, const B: usize> Clone for RayNeighbour<'_, E, F, B> {
 }
 impl<E, F: Real, const B: usize> Copy for RayNeighbour<'_, E, F, B> {}
 
-impl<'n, E: RoomEquation<F>, F: Real, const B: usize> RayNeighbour<'n, E, F, B> {
+impl<'n, 'a, C: Tint<F>, F: Real, const B: usize> RayNeighbour<'n, Room<'a, F, C>, F, B> {
     /// The neighbour equation of v, which has B numbers of every channel, cell by cell.
     ///
     /// # Errors
     /// [`RoomError::Length`]: v or a table has another length. [`RoomError::Tables`]: a number in the tables leads nowhere, a
     /// stretch has no interval or no box, or probabilities do not grow to 1.
-    pub fn new(equation: &'n E, v: &'n [F], control: RayControl<'n, F>) -> Result<Self, RoomError> {
-        let (cells, channels) = (equation.room().cells(), equation.channels());
+    pub fn new(
+        equation: &'n Room<'a, F, C>,
+        v: &'n [F],
+        control: RayControl<'n, F>,
+    ) -> Result<Self, RoomError> {
+        let (cells, channels) = (equation.cells(), equation.channels());
         let (expected, found) = (cells * channels * B, v.len());
         if found != expected {
             return Err(RoomError::Length { expected, found });
@@ -327,15 +334,15 @@ impl<'n, E: RoomEquation<F>, F: Real, const B: usize> RayNeighbour<'n, E, F, B> 
 
     /// v(y) where a ray from x leads; 0 where it leaves.
     #[inline]
-    fn seen(&self, x: &Point<F>, omega: F) -> E::Value {
-        match self.equation.room().ray(x, omega) {
+    fn seen(&self, x: &Point<F>, omega: F) -> C::Value {
+        match self.equation.ray(x, omega) {
             Some(y) => self.value(&self.locate(y)),
             None => self.nothing(),
         }
     }
 
-    fn nothing(&self) -> E::Value {
-        E::Value::splat(self.equation.channels(), zero())
+    fn nothing(&self) -> C::Value {
+        C::Value::splat(self.equation.channels(), zero())
     }
 
     /// What v has beyond c in a box, times the width of the interval, and what is left out of the integral of c over the interval:
@@ -345,14 +352,14 @@ impl<'n, E: RoomEquation<F>, F: Real, const B: usize> RayNeighbour<'n, E, F, B> 
         &self,
         x: &Point<F>,
         view: &View<'_, F>,
-        left_out: &E::Value,
+        left_out: &C::Value,
         [from, width]: [F; 2],
         (number, place): (usize, F),
-    ) -> Option<[E::Value; 2]> {
+    ) -> Option<[C::Value; 2]> {
         let ([box_from, box_width], own) = view.parts.boxes.row(number)?;
         let seen = self.seen(x, from + width * (box_from + box_width * place));
         let terms = products(view.psi.first_chunk()?, place);
-        let beyond = E::Value::from_fn(self.equation.channels(), |channel| {
+        let beyond = C::Value::from_fn(self.equation.channels(), |channel| {
             let own = own.get(channel * PRODUCTS..).unwrap_or(&[]);
             seen.get(channel) - combined::<F, PRODUCTS>(own, &terms)
         });
@@ -364,7 +371,7 @@ impl<'n, E: RoomEquation<F>, F: Real, const B: usize> RayNeighbour<'n, E, F, B> 
 
     /// The integral of c over the intervals whose integrals are exact.
     #[inline]
-    fn near(&self, view: &View<'_, F>) -> Option<E::Value> {
+    fn near(&self, view: &View<'_, F>) -> Option<C::Value> {
         let mut sum = self.nothing();
         let mut near = view.parts.near;
         while near != 0 {
@@ -377,10 +384,10 @@ impl<'n, E: RoomEquation<F>, F: Real, const B: usize> RayNeighbour<'n, E, F, B> 
 
     /// The integral of c over an interval.
     #[inline]
-    fn mean(&self, view: &View<'_, F>, k: usize) -> Option<E::Value> {
+    fn mean(&self, view: &View<'_, F>, k: usize) -> Option<C::Value> {
         let [_, width] = view.between(k);
         let (_, own) = view.parts.intervals.row(k)?;
-        Some(E::Value::from_fn(self.equation.channels(), |channel| {
+        Some(C::Value::from_fn(self.equation.channels(), |channel| {
             let own = own.get(channel * OF_INTERVAL..).unwrap_or(&[]);
             width * combined::<F, TERMS>(own, &view.psi)
         }))
@@ -388,16 +395,16 @@ impl<'n, E: RoomEquation<F>, F: Real, const B: usize> RayNeighbour<'n, E, F, B> 
 
     /// The estimate of G, of a box by its number and a place in it.
     #[inline]
-    fn draw(&self, x: &Located<Point<F>>, chosen: F, place: F) -> Option<E::Value> {
+    fn draw(&self, x: &Located<Point<F>>, chosen: F, place: F) -> Option<C::Value> {
         let channels = self.equation.channels();
-        let view = self.control.view(self.equation.room(), x, channels)?;
+        let view = self.control.view(self.equation, x, channels)?;
         let (number, probability) = view.chosen(chosen)?;
         let k = view.parts.shares.get(number)?.interval as usize;
         let interval = view.between(k);
         let left_out = view.left_out(k, interval[1], channels)?;
         let [_, own] = self.lacks(&x.point, &view, &left_out, interval, (number, place))?;
         let per_probability = one::<F>() / probability;
-        let integral = E::Value::from_fn(channels, |channel| {
+        let integral = C::Value::from_fn(channels, |channel| {
             let own = view.parts.integral.get(channel * PLACES..);
             combined::<F, PLACES>(own.unwrap_or(&[]), &view.psi)
         });
@@ -411,9 +418,9 @@ impl<'n, E: RoomEquation<F>, F: Real, const B: usize> RayNeighbour<'n, E, F, B> 
 
     /// The integral of v over all directions, and the variance of the estimate of G, by Gauss points in quarters of all boxes:
     /// of a jump in one they know the place to a sixteenth.
-    fn moments(&self, x: &Located<Point<F>>) -> Option<[E::Value; 2]> {
+    fn moments(&self, x: &Located<Point<F>>) -> Option<[C::Value; 2]> {
         let channels = self.equation.channels();
-        let view = self.control.view(self.equation.room(), x, channels)?;
+        let view = self.control.view(self.equation, x, channels)?;
         let nothing = self.nothing();
         let (mut all, mut squares, mut drawn) = (nothing, nothing, nothing);
         let mut boxes = view.parts.shares.iter().enumerate().peekable();
@@ -438,7 +445,7 @@ impl<'n, E: RoomEquation<F>, F: Real, const B: usize> RayNeighbour<'n, E, F, B> 
         }
         let reflectance = self.equation.kernel(&x.point, &x.point);
         let variance = squares.minus(&drawn.times(&drawn));
-        let variance = E::Value::from_fn(channels, |channel| variance.get(channel).max(zero()));
+        let variance = C::Value::from_fn(channels, |channel| variance.get(channel).max(zero()));
         Some([all, reflectance.times(&reflectance).times(&variance)])
     }
 }
@@ -539,20 +546,20 @@ impl<E, F: Real, const B: usize> Space for RayNeighbour<'_, E, F, B> {
     type Point = Point<F>;
 }
 
-impl<E: RoomEquation<F>, F: Real, const B: usize> Neighbour for RayNeighbour<'_, E, F, B> {
-    type Value = E::Value;
+impl<C: Tint<F>, F: Real, const B: usize> Neighbour for RayNeighbour<'_, Room<'_, F, C>, F, B> {
+    type Value = C::Value;
 
     #[inline]
     fn locate(&self, x: Point<F>) -> Located<Point<F>> {
         Located {
             point: x,
-            cell: self.equation.room().locate(&x),
+            cell: self.equation.locate(&x),
         }
     }
 
     /// h = k.
     #[inline]
-    fn kernel(&self, _: &Located<Point<F>>, _: &Located<Point<F>>, k: &E::Value) -> E::Value {
+    fn kernel(&self, _: &Located<Point<F>>, _: &Located<Point<F>>, k: &C::Value) -> C::Value {
         *k
     }
 
@@ -560,21 +567,20 @@ impl<E: RoomEquation<F>, F: Real, const B: usize> Neighbour for RayNeighbour<'_,
         true
     }
 
-    fn source(&self, x: &Located<Point<F>>, draws: &mut dyn Uniforms<F>) -> E::Value {
+    fn source(&self, x: &Located<Point<F>>, draws: &mut dyn Uniforms<F>) -> C::Value {
         let (chosen, place) = (draws.uniform(), draws.uniform());
-        let missing = || E::Value::splat(self.equation.channels(), F::NAN);
+        let missing = || C::Value::splat(self.equation.channels(), F::NAN);
         self.draw(x, chosen, place).unwrap_or_else(missing)
     }
 
-    fn source_moments(&self, x: &Located<Point<F>>) -> [E::Value; 2] {
+    fn source_moments(&self, x: &Located<Point<F>>) -> [C::Value; 2] {
         let channels = self.equation.channels();
-        let missing = E::Value::splat(channels, F::NAN);
+        let missing = C::Value::splat(channels, F::NAN);
         let [all, variance] = self.moments(x).unwrap_or([missing; 2]);
         // What lights give to other walls has no closed integral.
-        let seen = if self.equation.room().lights().is_empty() {
-            let exact = self.equation.room();
-            let exact: <E::Value as Value<F>>::Wide = exact.irradiance_of::<_, B>(&x.point, self.v);
-            E::Value::from_fn(channels, |channel| F::from_f64(exact.get(channel)))
+        let seen = if self.equation.lights().is_empty() {
+            let exact: Wide<F, C> = self.equation.irradiance_of::<_, B>(&x.point, self.v);
+            C::Value::from_fn(channels, |channel| F::from_f64(exact.get(channel)))
         } else {
             all
         };
@@ -583,8 +589,8 @@ impl<E: RoomEquation<F>, F: Real, const B: usize> Neighbour for RayNeighbour<'_,
     }
 
     #[inline]
-    fn value(&self, x: &Located<Point<F>>) -> E::Value {
-        let polynomials = polynomials::<E, F, B>(self.equation, self.v, x);
+    fn value(&self, x: &Located<Point<F>>) -> C::Value {
+        let polynomials = polynomials::<C, F, B>(self.equation, self.v, x);
         self.equation
             .light(&x.point, &mut NoDraws)
             .plus(&polynomials)
@@ -593,15 +599,15 @@ impl<E: RoomEquation<F>, F: Real, const B: usize> Neighbour for RayNeighbour<'_,
 
 /// What v has in a point beside the light that is known, of B numbers of every channel, cell by cell.
 #[inline]
-pub(crate) fn polynomials<E: RoomEquation<F>, F: Real, const B: usize>(
-    equation: &E,
+pub(crate) fn polynomials<C: Tint<F>, F: Real, const B: usize>(
+    equation: &Room<'_, F, C>,
     v: &[F],
     x: &Located<Point<F>>,
-) -> E::Value {
+) -> C::Value {
     let channels = equation.channels();
-    let psi: [F; B] = equation.room().basis(x);
+    let psi: [F; B] = equation.basis(x);
     let own = v.get(x.cell * channels * B..).unwrap_or(&[]);
-    E::Value::from_fn(channels, |channel| {
+    C::Value::from_fn(channels, |channel| {
         combined::<F, B>(own.get(channel * B..).unwrap_or(&[]), &psi)
     })
 }

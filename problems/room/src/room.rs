@@ -2,17 +2,18 @@
 
 use core::ops::Range;
 
+use fredholm_core::array::Each;
 use fredholm_core::galerkin::{Basis, Cells};
 use fredholm_core::global::Stationary;
-use fredholm_core::{Chain, Density, Equation, Located, Real, Space, Uniforms};
+use fredholm_core::{Chain, Density, Equation, Located, Real, Space, Uniforms, Value};
+use fredholm_surfaces::{Colours, Grey, Tint};
 use num_traits::{one, zero};
 
 use crate::geometry::{Backs, Geometry, Wall, lambert, nobody};
 use crate::moments::MOST;
-use crate::pairs::VisibilityTable;
 use crate::panels::Panels;
 use crate::partition::Partition;
-use crate::vector::{along, dot, norm, sub};
+use crate::vector::{Vector, along, cross, dot, norm, sub};
 use crate::visible::Viewer;
 use crate::{Hit, RoomError};
 
@@ -76,27 +77,26 @@ impl<F: Real> Point<F> {
 /// The chain is p(x,y) = V cos θ_x cos θ_y/(2|x − y|): a walk goes where light goes. Hence k(x,y) = ρ(x), and p_j(x) is
 /// the form factor from the point to cell j. Where the room is open a walk that leaves ends.
 ///
-/// A cell may have B = degree + 1 Legendre polynomials, at most 5.
+/// A cell may have B = degree + 1 Legendre polynomials, at most 5. Light has one channel, or [several](Self::with_colours) that share the walks.
 ///
 /// **Starts** of global estimates are uniform over the length of all walls. p is symmetric, as light goes both ways: a closed
 /// room preserves their density. Of an open one, which walks leave more often in some places than in others, starts alone
 /// have it.
 #[derive(Clone, Copy, Debug)]
-pub struct Room<'a, F> {
+pub struct Room<'a, F, C = Grey> {
     geometry: Geometry<'a, F>,
     partition: Partition<'a, F>,
     /// The lengths of all walls before each, and of all.
     lengths: &'a [f64],
-    views: VisibilityTable<'a>,
     /// The walls whose emission the last step leads to.
     pub(crate) lights: &'a [u32],
     /// Rules for every number of functions on a cell.
     panels: [Panels<F>; MOST],
+    tint: C,
 }
 
 impl<'a, F: Real> Room<'a, F> {
-    /// The room with these walls and this partition. `lengths` are those of all walls before each, and of all; `views` are
-    /// those of the partition.
+    /// The room with these walls and this partition. `lengths` are those of all walls before each, and of all.
     ///
     /// # Errors
     /// [`RoomError::Length`]: `lengths` has not one entry more than there are walls.
@@ -104,13 +104,12 @@ impl<'a, F: Real> Room<'a, F> {
         geometry: Geometry<'a, F>,
         partition: Partition<'a, F>,
         lengths: &'a [f64],
-        views: VisibilityTable<'a>,
     ) -> Result<Self, RoomError> {
         let (expected, found) = (geometry.walls().len() + 1, lengths.len());
         if expected != found {
             return Err(RoomError::Length { expected, found });
         }
-        Ok(Self::made(geometry, partition, lengths, views))
+        Ok(Self::made(geometry, partition, lengths))
     }
 
     /// The room of tables that belong together.
@@ -118,16 +117,66 @@ impl<'a, F: Real> Room<'a, F> {
         geometry: Geometry<'a, F>,
         partition: Partition<'a, F>,
         lengths: &'a [f64],
-        views: VisibilityTable<'a>,
     ) -> Self {
         Self {
             geometry,
             partition,
             lengths,
-            views,
             lights: &[],
             panels: core::array::from_fn(|b| Panels::new(b + 1)),
+            tint: Grey,
         }
+    }
+
+    /// The equations of several channels, of which this one has the largest ρ and F on every wall.
+    ///
+    /// ```
+    /// use fredholm_core::Equation;
+    /// use fredholm_room::{Colours, Enclosure, Grading, Material, Mesh, Scene, Surface, Tables};
+    ///
+    /// let grey = [Material { reflectance: 0.5, emission: 0.0 }];
+    /// let points = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]];
+    /// let scene = Scene::new::<f64>(&[Surface { points: &points, materials: &grey }], Enclosure::Closed)?;
+    /// let mesh = Mesh::new::<f64>(&scene, 4, Grading::default())?;
+    /// let tables = Tables::<f64>::new(&scene, &mesh);
+    /// // Four walls that reflect half of the red and a tenth of the green.
+    /// let (reflectances, emissions) = ([1.0, 0.2].repeat(4), [0.0; 8]);
+    /// let colours = Colours::<_, 2> { channels: 2, reflectances: &reflectances, emissions: &emissions };
+    /// let room = tables.room().with_colours(colours)?;
+    /// let x = room.on_wall(0, 0.5)?;
+    /// assert_eq!(room.kernel(&x, &x).as_slice(), [0.5, 0.1]);
+    /// # Ok::<(), fredholm_room::RoomError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`RoomError::Length`]: more than M channels, or not one number for every wall and channel.
+    pub fn with_colours<const M: usize>(
+        self,
+        colours: Colours<'a, F, M>,
+    ) -> Result<Room<'a, F, Colours<'a, F, M>>, RoomError> {
+        if let Some([expected, found]) = colours.misfit(self.geometry.walls().len()) {
+            return Err(RoomError::Length { expected, found });
+        }
+        Ok(self.with_tint(colours))
+    }
+}
+
+impl<'a, F: Real, C> Room<'a, F, C> {
+    fn with_tint<D>(&self, tint: D) -> Room<'a, F, D> {
+        Room {
+            geometry: self.geometry,
+            partition: self.partition,
+            lengths: self.lengths,
+            lights: self.lights,
+            panels: self.panels,
+            tint,
+        }
+    }
+
+    /// The room in one channel, with the largest ρ and F of all.
+    #[must_use]
+    pub fn grey(&self) -> Room<'a, F> {
+        self.with_tint(Grey)
     }
 
     /// The walls.
@@ -140,12 +189,6 @@ impl<'a, F: Real> Room<'a, F> {
     #[must_use]
     pub const fn partition(&self) -> &Partition<'a, F> {
         &self.partition
-    }
-
-    /// The views of its pairs.
-    #[must_use]
-    pub const fn views(&self) -> VisibilityTable<'a> {
-        self.views
     }
 
     /// The rules for so many functions on a cell.
@@ -167,6 +210,13 @@ impl<'a, F: Real> Room<'a, F> {
             return Err(RoomError::Fraction);
         }
         Ok(self.point_of(wall as u32, found, F::from_f64(fraction)))
+    }
+
+    /// The point of a room with other cells, in those of this one.
+    #[must_use]
+    pub fn found(&self, x: &Point<F>) -> Point<F> {
+        let cell = self.partition.find(x.wall, x.along);
+        Point { cell, ..*x }
     }
 
     /// The point at the fraction `t` of cell `cell`.
@@ -225,6 +275,43 @@ impl<'a, F: Real> Room<'a, F> {
         self.point_of(number as u32, wall, F::from_f64(fraction.clamp(0.0, 1.0)))
     }
 
+    /// Calls `each` with the cells of a wall that lie between two directions from a point, from right to left: the directions between which
+    /// each is seen, and whether that is all of it.
+    #[inline]
+    pub(crate) fn cells_between(
+        &self,
+        x: Vector<F>,
+        w: u32,
+        [right, left]: [Vector<F>; 2],
+        mut each: impl FnMut(usize, [Vector<F>; 2], bool),
+    ) {
+        let Some(wall) = self.geometry.wall(w) else {
+            return;
+        };
+        // Where the first direction meets the wall.
+        let [a, b] = wall.ends.each(|end| cross(right, sub(end, x)).abs());
+        let sum = a + b;
+        let fraction = if sum > zero() { a / sum } else { zero() };
+        let first = self.partition.find(w, fraction * wall.length) as usize;
+        let skip = first.saturating_sub(self.partition.range(w).start);
+        let edges = self.partition.of_wall(w).get(skip..).unwrap_or(&[]);
+        let mut edges = edges.iter().map(|edge| sub(edge.position, x));
+        let mut begin = edges.next().unwrap_or(right);
+        let mut from = right;
+        for (cell, end) in (first..).zip(edges) {
+            let is_last = !(cross(end, left) > zero());
+            let to = if is_last { left } else { end };
+            if cross(from, to) > zero() {
+                each(cell, [from, to], from == begin && to == end);
+                from = to;
+            }
+            if is_last {
+                break;
+            }
+            begin = end;
+        }
+    }
+
     /// Where a ray from `x` leads, or `None` where it leaves: the cosine law, by one uniform
     /// number.
     #[inline(always)]
@@ -256,10 +343,12 @@ impl<'a, F: Real> Room<'a, F> {
         Some(self.point_of(hit.wall, wall, hit.fraction))
     }
 
-    /// ρ, or another number, of the wall of a point.
+    /// ρ in a point.
     #[inline]
-    fn of_wall(&self, x: &Point<F>, of: impl Fn(&Wall<F>) -> F) -> F {
-        self.geometry.wall(x.wall).map_or(F::NAN, of)
+    pub(crate) fn reflectance(&self, x: &Point<F>) -> F {
+        self.geometry
+            .wall(x.wall)
+            .map_or(F::NAN, |wall| wall.reflectance)
     }
 
     /// cos θ_x cos θ_y/(2|x − y|) where each is in front of the other, as if nothing else stood in the room; 0 elsewhere.
@@ -301,19 +390,19 @@ impl<'a, F: Real> Room<'a, F> {
     }
 }
 
-impl<F: Real> Space for Room<'_, F> {
+impl<F: Real, C> Space for Room<'_, F, C> {
     type Scalar = F;
     type Point = Point<F>;
 }
 
-impl<F: Real> Chain for Room<'_, F> {
+impl<F: Real, C> Chain for Room<'_, F, C> {
     #[inline]
     fn step<U: Uniforms<F>>(&self, x: &Point<F>, uniforms: &mut U) -> Option<Point<F>> {
         self.scatter(x, uniforms.uniform())
     }
 }
 
-impl<F: Real> Density for Room<'_, F> {
+impl<F: Real, C> Density for Room<'_, F, C> {
     fn density(&self, x: &Point<F>, y: &Point<F>) -> F {
         let density = self.facing(x, y);
         if density > zero() && !self.sees(x, y) {
@@ -323,27 +412,47 @@ impl<F: Real> Density for Room<'_, F> {
     }
 }
 
-impl<F: Real> Equation for Room<'_, F> {
-    type Value = F;
+impl<F: Real, C: Tint<F>> Equation for Room<'_, F, C> {
+    type Value = C::Value;
 
     #[inline]
-    fn kernel(&self, x: &Point<F>, _: &Point<F>) -> F {
-        self.of_wall(x, |wall| wall.reflectance)
+    fn kernel(&self, x: &Point<F>, _: &Point<F>) -> C::Value {
+        self.tint.reflectance(x.wall).scaled(self.reflectance(x))
     }
 
     #[inline]
-    fn source<U: Uniforms<F>>(&self, x: &Point<F>, _: &mut U) -> F {
-        self.of_wall(x, |wall| wall.emission)
+    fn source<U: Uniforms<F>>(&self, x: &Point<F>, _: &mut U) -> C::Value {
+        self.emission(x.wall)
+    }
+
+    #[inline(always)]
+    fn channels(&self) -> usize {
+        self.tint.channels()
     }
 
     /// ρ(x): with roulette weights stay 1.
     #[inline]
     fn size(&self, x: &Point<F>) -> F {
-        self.kernel(x, x)
+        self.reflectance(x)
     }
 }
 
-impl<F: Real> Cells for Room<'_, F> {
+impl<F: Real, C: Tint<F>> Room<'_, F, C> {
+    /// F of a wall in every channel.
+    #[inline]
+    pub(crate) fn emission(&self, wall: u32) -> C::Value {
+        let own = self.geometry.wall(wall).map_or(F::NAN, |own| own.emission);
+        self.tint.emission(wall).scaled(own)
+    }
+
+    /// A value with one number in every channel.
+    #[inline(always)]
+    pub(crate) fn white(&self, x: F) -> C::Value {
+        C::Value::splat(self.tint.channels(), x)
+    }
+}
+
+impl<F: Real, C> Cells for Room<'_, F, C> {
     const DIMENSION: usize = 1;
 
     fn cells(&self) -> usize {
@@ -385,9 +494,9 @@ impl<F: Real> Cells for Room<'_, F> {
     }
 }
 
-impl<F: Real, const B: usize> Basis<B> for Room<'_, F> {}
+impl<F: Real, C, const B: usize> Basis<B> for Room<'_, F, C> {}
 
-impl<F: Real, E: Space<Scalar = F, Point = Point<F>> + ?Sized> Stationary<E> for Room<'_, F> {
+impl<F: Real, C, E: Space<Scalar = F, Point = Point<F>> + ?Sized> Stationary<E> for Room<'_, F, C> {
     #[inline]
     fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> Point<F> {
         self.uniform_on(&(0..self.geometry.walls().len()), uniforms.uniform())

@@ -6,7 +6,6 @@ use fredholm_core::array::Each;
 use fredholm_core::Real;
 
 use crate::geometry::{Geometry, Node, Strip, Wall};
-use crate::pairs::VisibilityTable;
 use crate::partition::{Edge, Partition, PartitionTables};
 use crate::scene::rounding;
 use crate::{Enclosure, Mesh, Room, Scene};
@@ -97,9 +96,9 @@ impl<F: Real> Tables<F> {
         &self.lengths
     }
 
-    /// The room with these tables, and with the views of its cells.
+    /// The room with these tables.
     #[must_use]
-    pub fn room<'a>(&'a self, views: VisibilityTable<'a>) -> Room<'a, F> {
-        Room::made(self.geometry(), self.partition(), &self.lengths, views)
+    pub fn room(&self) -> Room<'_, F> {
+        Room::made(self.geometry(), self.partition(), &self.lengths)
     }
 }

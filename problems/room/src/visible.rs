@@ -114,6 +114,10 @@ impl<F: Real> Geometry<'_, F> {
         let (Some(own), Some(other)) = (self.wall(from.wall), self.wall(part.wall)) else {
             return;
         };
+        // A wall does not see itself, wherever rounding puts the point.
+        if from.wall == part.wall {
+            return;
+        }
         if let Some(directions) = directions(own, from.position, part, other) {
             self.sweep((own, from), (other, part), directions, piece);
         }
@@ -135,11 +139,7 @@ impl<F: Real> Geometry<'_, F> {
         if !(other.height(position) > zero() && cross(directions[0], directions[1]) > zero()) {
             return;
         }
-        let part = Part {
-            wall,
-            ends: other.ends,
-            length: other.length,
-        };
+        let part = other.part(wall);
         let from = Viewer {
             wall: u32::MAX,
             position,
@@ -284,9 +284,7 @@ mod tests {
     use alloc::vec::Vec;
     use core::f64::consts::{PI, TAU};
 
-    use crate::{
-        Enclosure, Grading, Material, Mesh, Scene, Seen, Surface, Tables, VisibilityTable,
-    };
+    use crate::{Enclosure, Grading, Material, Mesh, Scene, Seen, Surface, Tables};
 
     /// A square of this size with 16 triangles in it whose vertices are on a lattice, as drawings are.
     fn outlines(state: &mut u64, unit: f64) -> Vec<Vec<[f64; 2]>> {
@@ -338,7 +336,7 @@ mod tests {
             let scene = Scene::new::<f64>(&surfaces, Enclosure::Closed).unwrap();
             let mesh = Mesh::new::<f64>(&scene, 10, Grading::default()).unwrap();
             let tables = Tables::<f64>::new(&scene, &mesh);
-            let room = &tables.room(VisibilityTable::none());
+            let room = &tables.room();
             for number in 0..160 * 160 {
                 let pixel = 40.0 * unit / 160.0;
                 let position = [number / 160, number % 160].map(|k| (f64::from(k) + 0.5) * pixel);

@@ -1,89 +1,13 @@
-//! Light in one channel, or in several.
+//! Light in several channels.
 
-use core::fmt::Debug;
-
-use fredholm_core::{Channels, Real, Value};
-use num_traits::one;
+use fredholm_core::Real;
+use fredholm_surfaces::Colours;
 
 use crate::SceneError;
 use crate::radiosity::Radiosity;
 
-/// The channels of light, as ratios to the [`Radiosity`] that has the largest ρ and F of all, which are constant on a face.
-///
-/// They share the walks, and a last step chooses its light by the largest F. Beams and the sky are white: as strong in every channel.
-pub trait Tint<F: Real>: Copy + Debug + Send + Sync {
-    /// One number for each channel.
-    type Value: Value<F>;
-
-    /// C.
-    fn channels(&self) -> usize;
-
-    /// ρ_c/ρ of a face.
-    fn reflectance(&self, face: u32) -> Self::Value;
-
-    /// F_c/F of a face.
-    fn emission(&self, face: u32) -> Self::Value;
-}
-
-/// One channel.
-#[derive(Clone, Copy, Debug)]
-pub struct Grey;
-
-impl<F: Real> Tint<F> for Grey {
-    type Value = F;
-
-    #[inline(always)]
-    fn channels(&self) -> usize {
-        1
-    }
-    #[inline(always)]
-    fn reflectance(&self, _: u32) -> F {
-        one()
-    }
-    #[inline(always)]
-    fn emission(&self, _: u32) -> F {
-        one()
-    }
-}
-
-/// Up to M channels: colours, bands of wavelengths, receivers.
-#[derive(Clone, Copy, Debug)]
-pub struct Colours<'a, F, const M: usize> {
-    /// C.
-    pub channels: usize,
-    /// ρ_c/ρ from 0 to 1, for every face and there for every channel.
-    pub reflectances: &'a [F],
-    /// F_c/F from 0 to 1, for every face and there for every channel.
-    pub emissions: &'a [F],
-}
-
-impl<F: Real, const M: usize> Colours<'_, F, M> {
-    #[inline]
-    fn of_face(&self, table: &[F], face: u32) -> Channels<F, M> {
-        let own = table.get((face as usize).saturating_mul(self.channels)..);
-        let own = own.unwrap_or(&[]);
-        Channels::from_fn(self.channels, |c| own.get(c).copied().unwrap_or(F::NAN))
-    }
-}
-
-impl<F: Real, const M: usize> Tint<F> for Colours<'_, F, M> {
-    type Value = Channels<F, M>;
-
-    #[inline(always)]
-    fn channels(&self) -> usize {
-        self.channels
-    }
-    #[inline]
-    fn reflectance(&self, face: u32) -> Channels<F, M> {
-        self.of_face(self.reflectances, face)
-    }
-    #[inline]
-    fn emission(&self, face: u32) -> Channels<F, M> {
-        self.of_face(self.emissions, face)
-    }
-}
-
-/// The equations of light in up to M channels: u_c = ρ_c T u_c + F_c, where T is the same for all.
+/// The equations of light in up to M channels: u_c = ρ_c T u_c + F_c, where T is the same for all. A last step chooses its light by the largest F.
+/// Beams and the sky are white: as strong in every channel.
 ///
 /// ```
 /// use fredholm_core::{Equation, Value};
@@ -115,16 +39,9 @@ impl<'a, F: Real> Radiosity<'a, F> {
         self,
         colours: Colours<'a, F, M>,
     ) -> Result<Coloured<'a, F, M>, SceneError> {
-        let numbers = self.geometry.faces().len().saturating_mul(colours.channels);
-        for (expected, found) in [
-            (colours.channels.min(M), colours.channels),
-            (numbers, colours.reflectances.len()),
-            (numbers, colours.emissions.len()),
-        ] {
-            if found != expected {
-                return Err(SceneError::Length { expected, found });
-            }
+        match colours.misfit(self.geometry.faces().len()) {
+            Some([expected, found]) => Err(SceneError::Length { expected, found }),
+            None => Ok(self.with_tint(colours)),
         }
-        Ok(self.with_tint(colours))
     }
 }

@@ -43,9 +43,13 @@ use fredholm_surfaces::space as vector;
 
 pub use beam::Beam;
 pub use cells::{CellTables, FacePatch, Side};
-pub use coloured::{Coloured, Colours, Grey, Tint};
+pub use coloured::Coloured;
 pub use error::{Place, SceneError};
-pub use fredholm_surfaces::{Enclosure, Material, STEFAN_BOLTZMANN};
+#[cfg(feature = "alloc")]
+pub use fredholm_surfaces::ColourTables;
+pub use fredholm_surfaces::{
+    Colours, Enclosure, Grey, Material, STEFAN_BOLTZMANN, Tint, Wide, share,
+};
 pub use geometry::{Face, Geometry, Node, Triangle};
 pub use lambert::{form_factor_from_origin, form_factor_of_point};
 #[cfg(feature = "alloc")]

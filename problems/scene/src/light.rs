@@ -5,11 +5,11 @@ use fredholm_core::{Real, Uniforms, Value as _};
 use num_traits::{one, zero};
 
 use crate::cells::folded;
-use crate::coloured::Tint;
 use crate::geometry::Face;
 use crate::lambert::form_factor_from_origin as from_origin;
 use crate::radiosity::{Point, Radiosity};
 use crate::vector::{Vector, along, cross, dot, norm, sub};
+use fredholm_surfaces::Tint;
 
 /// From this many widths on a triangle is far: points that are uniform on it are nearly uniform in the solid angle.
 const FAR: f64 = 4.0;

@@ -6,11 +6,11 @@ use num_traits::{one, zero};
 
 use crate::SceneError;
 use crate::cells::{CellTables, FacePatch, folded, polynomials};
-use crate::coloured::{Grey, Tint};
 use crate::geometry::{Face, Geometry};
 use crate::ray::{Backs, Hit};
 use crate::skylight::SKY;
 use crate::vector::{Vector, along, cross, dot, norm, sub};
+use fredholm_surfaces::{Grey, Tint};
 
 /// A point of a face, or of the sky.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,12 +5,12 @@ use alloc::vec::Vec;
 use fredholm_core::{Functional, LastStep, Real, StartOf, Uniforms};
 
 use crate::beam::Beam;
-use crate::coloured::Tint;
 use crate::means::{chosen, on_face};
 use crate::radiosity::Radiosity;
 use crate::scene::Scene;
 use crate::starts::anywhere;
 use crate::vector::Vector;
+use fredholm_surfaces::Tint;
 
 /// The functional of the adjoint: the power that the sources of a scene send out, as what arrives from it at receivers.
 ///

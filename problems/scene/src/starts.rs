@@ -6,12 +6,12 @@ use fredholm_core::{
 use num_traits::{one, zero};
 
 use crate::SceneError;
-use crate::coloured::Tint;
 use crate::geometry::Face;
 use crate::light::Receiver;
 use crate::radiosity::{Point, Radiosity};
 use crate::ray::Backs;
 use crate::vector::{Vector, cross, unit};
+use fredholm_surfaces::Tint;
 
 /// The irradiance H of the points of another functional,
 ///

@@ -11,6 +11,7 @@ mod hierarchy;
 mod limits;
 mod material;
 pub mod space;
+mod tint;
 mod tree;
 
 #[cfg(feature = "alloc")]
@@ -19,6 +20,9 @@ pub use forest::Forest;
 pub use hierarchy::{Bounds, Branch, Costs, Cutting, Item, balanced, build, hull, join, nothing};
 pub use limits::{Limits, margin};
 pub use material::{Material, MaterialFault, STEFAN_BOLTZMANN};
+#[cfg(feature = "alloc")]
+pub use tint::ColourTables;
+pub use tint::{Colours, Grey, Tint, Wide, share};
 pub use tree::{DEPTH, TreeNode, is_tree, leaves};
 
 /// Whether light may leave.

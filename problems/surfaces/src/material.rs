@@ -1,7 +1,9 @@
 //! What surfaces are made of.
 
-use fredholm_core::Real;
+use fredholm_core::{Real, Value};
 use num_traits::{one, zero};
+
+use crate::Tint;
 
 /// The Stefan–Boltzmann constant in W m⁻² K⁻⁴, exact since the SI of 2019 (CODATA 2018).
 pub const STEFAN_BOLTZMANN: f64 = 5.670_374_419e-8;
@@ -73,6 +75,25 @@ impl Material {
     #[must_use]
     pub const fn net_flux(&self, irradiance: f64) -> f64 {
         self.emission - (1.0 - self.reflectance) * irradiance
+    }
+
+    /// The largest reflectance and the largest emission of some materials: of one surface in several channels.
+    #[must_use]
+    pub fn largest(all: &[Self]) -> Self {
+        let of = |own: fn(&Self) -> f64| all.iter().map(own).fold(0.0, Real::max);
+        Self {
+            reflectance: of(|own| own.reflectance),
+            emission: of(|own| own.emission),
+        }
+    }
+
+    /// The material in a channel of a face, of which this has the largest numbers.
+    #[must_use]
+    pub fn in_channel(&self, tint: &impl Tint<f64>, [face, channel]: [usize; 2]) -> Self {
+        Self {
+            reflectance: self.reflectance * tint.reflectance(face as u32).get(channel),
+            emission: self.emission * tint.emission(face as u32).get(channel),
+        }
     }
 
     /// Refuses what is no material in the scalar of walks.

@@ -5,14 +5,14 @@ use std::path::Path;
 use fredholm_plot::Drawing;
 
 use crate::failure::Failure;
-use crate::file::ProblemFile;
+use crate::file::{ProblemFile, kinds::Room};
 use crate::table;
 use fredholm_parts::output::Output;
 
 /// Draws the surfaces of a file.
 pub(crate) fn draw(file: &ProblemFile, out: &Path) -> Result<(), Failure> {
     let refuse = |why: &str| Failure::input(format_args!("`--out {}`: {why}", out.display()));
-    let Some(room) = file.problem.as_room() else {
+    let Some(room) = file.problem.of::<Room>() else {
         return Err(refuse("drawings are of rooms: `kind = \"room\"`"));
     };
     if out

@@ -14,7 +14,7 @@ use crate::deck::{self, Deck};
 use fredholm_file::npz::Archive;
 
 use crate::failure::{Ended, Failure, say};
-use crate::file::ProblemFile;
+use crate::file::{ProblemFile, kinds::Room};
 use crate::numbers::aligned;
 use crate::sparse::Rows;
 use crate::{scene, solve};
@@ -179,7 +179,7 @@ pub(crate) fn of_deck(deck: &Deck) -> Result<Factors, Failure> {
 
 /// The form factors of the problem file of this name, which must be a room, or the watts from surface to surface.
 pub(crate) fn of_file(name: &str, file: &ProblemFile, watts: bool) -> Result<Factors, Failure> {
-    let Some(own) = file.problem.as_room() else {
+    let Some(own) = file.problem.of::<Room>() else {
         return Err(Failure::input(format_args!(
             "{name}: form factors belong to rooms: `kind = \"room\"`, or a .vs2 deck"
         )));

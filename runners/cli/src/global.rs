@@ -1,6 +1,7 @@
 //! `fredholm solve --global`.
 
 use fredholm::SolveError;
+use fredholm::StopReason;
 use fredholm::report::GlobalReport;
 use fredholm_file::Resolved;
 
@@ -34,14 +35,14 @@ pub(crate) fn solve(
         say(format_args!("warning: {remark}"));
     }
     let ended = match report.summary.stop {
-        "error_not_reached" => {
+        StopReason::ToleranceNotReached => {
             say(format_args!(
                 "warning: the requested error was not reached at every point within {} walks",
                 report.summary.walks
             ));
             Ended::ErrorNotReached
         }
-        "time_limit" => {
+        StopReason::TimeLimit => {
             say("warning: stopped at the time limit; these are partial results");
             let asks_error = begun.problem.resolved.settings.tolerance.is_some();
             if asks_error {
@@ -50,11 +51,11 @@ pub(crate) fn solve(
                 Ended::Done
             }
         }
-        "cancelled" => {
+        StopReason::Cancelled => {
             say("warning: interrupted; these are partial results");
             Ended::Interrupted
         }
-        _ => Ended::Done,
+        StopReason::Done => Ended::Done,
     };
     written.map(|()| ended)
 }

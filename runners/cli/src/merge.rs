@@ -6,6 +6,7 @@ use crate::args::MergeArgs;
 use crate::failure::{Ended, Failure, say};
 use crate::results::Format;
 use crate::solve::{Problem, show};
+use fredholm::StopReason;
 
 /// Runs `merge`.
 pub(crate) fn merge(args: &MergeArgs) -> Result<Ended, Failure> {
@@ -30,7 +31,7 @@ pub(crate) fn merge(args: &MergeArgs) -> Result<Ended, Failure> {
         say(format_args!(
             "warning: {missing}; this is the result of the walks before the first of them"
         ));
-    } else if report.stop != "done" {
+    } else if report.stop != StopReason::Done {
         let why = report
             .reason
             .map_or(String::new(), |why| format!(": {why}"));
@@ -46,7 +47,7 @@ pub(crate) fn merge(args: &MergeArgs) -> Result<Ended, Failure> {
             merged.job.walks() / batch * batch
         ));
     }
-    let is_done = report.stop == "done";
+    let is_done = report.stop == StopReason::Done;
     written.map(|()| {
         if is_done {
             Ended::Done

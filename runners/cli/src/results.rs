@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use fredholm::model::WholeValues;
 use fredholm::report::{Column, Columns, GlobalReport, Report};
 use fredholm_file::npz::Archive;
 use fredholm_parts::output::Output;
@@ -199,17 +200,18 @@ pub(crate) struct Places {
 impl Places {
     fn new(problem: &Problem) -> Result<Self, &'static str> {
         let model = problem.model();
-        if !model.whole_has_points() && problem.resolved.settings.global == Some(true) {
+        let about = model.about();
+        let has_points = about.whole == WholeValues::Points;
+        if !has_points && problem.resolved.settings.global == Some(true) {
             return Ok(Self::default());
         }
-        let about = model.about();
         let is_closed = about.kind == "circle";
         let all = problem.goals.iter().enumerate();
         let places = all.filter_map(|(i, goal)| Some((i, model.place(&goal.region)?)));
         let points: Vec<_> = places.collect();
         if points.is_empty() {
             return Err(match about.dimension {
-                _ if !model.whole_has_points() => "no target is a point: `--global` has all cells",
+                _ if !has_points => "no target is a point: `--global` has all cells",
                 None | Some(..=3) => "no target is a point",
                 _ => "a mesh has three dimensions at most: write .csv or .npz",
             });

@@ -3,7 +3,6 @@
 use core::time::Duration;
 use std::path::Path;
 
-use fredholm::answer::Answer;
 use fredholm::choice::choose;
 use fredholm::memory::{bytes, refuse_beyond_memory};
 use fredholm::report::Report;
@@ -26,6 +25,7 @@ use crate::progress::{Progress, Signals};
 use crate::results::{self, Format};
 use crate::table;
 use crate::threads::with_threads;
+use fredholm::StopReason;
 use fredholm_parts::output::Output;
 
 /// Reads and validates a file, with the command line's values in place of its own.
@@ -176,7 +176,7 @@ pub(crate) fn solve(
     report.part = args.part.map(|part| part.to_string());
     let written = show(&report, args.common.json, begun.output)?;
     match report.stop {
-        "error_not_reached" => match &report.reason {
+        StopReason::ToleranceNotReached => match &report.reason {
             Some(why) => say(format_args!(
                 "warning: the requested error was not reached: {why}"
             )),
@@ -185,9 +185,11 @@ pub(crate) fn solve(
                 problem.resolved.settings.walk_options().walks
             )),
         },
-        "time_limit" => say("warning: stopped at the time limit; these are partial results"),
-        "cancelled" => say("warning: interrupted; these are partial results"),
-        _ => {}
+        StopReason::TimeLimit => {
+            say("warning: stopped at the time limit; these are partial results");
+        }
+        StopReason::Cancelled => say("warning: interrupted; these are partial results"),
+        StopReason::Done => {}
     }
     if let (Some(part), Some(path)) = (&report.part, &args.save) {
         say(format_args!(
@@ -346,17 +348,21 @@ fn answer(
     })
 }
 
-/// The walks of a problem in which nothing is to be chosen.
-pub(crate) fn walk(problem: &Problem, progress: &Progress<'_>) -> Result<Answer, Failure> {
+/// The report of a problem, as its file says; `None` if it was interrupted.
+pub(crate) fn report(
+    problem: &Problem,
+    progress: &Progress<'_>,
+) -> Result<Option<Report>, Failure> {
     let Resolved {
         targets, settings, ..
     } = &problem.resolved;
     let solver = Solver::with(problem.model(), settings.clone(), targets.clone());
-    let answered = solver.observer(progress).answer();
-    answered.map_err(|error| match error {
-        SolveError::Failed(error) => Failure::of(&problem.file)(error),
-        error => Failure::run(error),
-    })
+    match solver.observer(progress).solve() {
+        Ok(report) => Ok(Some(report)),
+        Err(SolveError::Cancelled(_)) => Ok(None),
+        Err(SolveError::Failed(error)) => Err(Failure::of(&problem.file)(error)),
+        Err(error) => Err(Failure::run(error)),
+    }
 }
 
 /// What resolvent walks would do, for `check`.
@@ -367,18 +373,18 @@ fn resolvent_rows(
     answer: &ResolventAnswer,
 ) -> String {
     let threads = std::thread::available_parallelism().map_or(1, core::num::NonZero::get);
-    let numbers = 2 * size_of::<f64>() * answer.unknowns.pow(2);
+    let numbers = 2 * size_of::<f64>() * answer.figures.unknowns.pow(2);
     let time = short(answer.setup_seconds + answer.walk_seconds / threads as f64);
     let rows = [
         ("problem", model.about().kind.to_owned()),
         ("method", "resolvent walks".to_owned()),
         ("cells", answer.cells.to_string()),
         ("degree", answer.degree.to_string()),
-        ("unknowns", answer.unknowns.to_string()),
+        ("unknowns", answer.figures.unknowns.to_string()),
         ("scalar", problem.resolved.settings.scalar.word().to_owned()),
         ("targets", problem.goals.len().to_string()),
-        ("radius", short(answer.radius)),
-        ("condition", short(answer.condition)),
+        ("radius", short(answer.figures.radius)),
+        ("condition", short(answer.figures.condition)),
         ("points", format!("about {:.1e}", answer.points as f64)),
         ("memory", format!("about {}", bytes(numbers as u64))),
         ("time", format!("about {time} s on {threads} threads")),

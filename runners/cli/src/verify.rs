@@ -8,7 +8,7 @@
 use core::f64::consts::TAU;
 use std::time::Instant;
 
-use fredholm_core::Estimate;
+use fredholm::report::EstimateReport;
 use serde::{Deserialize, Serialize};
 
 use crate::args::{Common, PaperArgs};
@@ -24,6 +24,7 @@ use crate::{deck, factors, paper, rates, table};
 const PUBLISHED: &str = concat!(
     include_str!("../verify/circle.toml"),
     include_str!("../verify/cube.toml"),
+    include_str!("../verify/equations.toml"),
     include_str!("../verify/factors.toml"),
     include_str!("../verify/rooms.toml"),
     include_str!("../verify/rates.toml"),
@@ -226,21 +227,25 @@ impl Case {
 fn walked(problem: &Problem, signals: &Signals) -> Result<Vec<Row>, Failure> {
     let walks = problem.resolved.settings.walk_options().walks;
     let progress = Progress::new(walks.saturating_mul(problem.goals.len() as u64), signals);
-    let answer = solve::walk(problem, &progress)?;
+    let report = solve::report(problem, &progress);
     progress.done();
-    let found = answer.outcome.statistics.iter().zip(answer.floors);
-    let rows = problem.goals.iter().zip(found);
-    let rows = rows.map(|(goal, (statistics, rounding_floor))| {
-        let ours = |found: Estimate| Ours {
-            got: Some(found.estimate),
+    // What was interrupted has no rows, and its case says why there are none.
+    let Some(report) = report? else {
+        return Ok(Vec::new());
+    };
+    let rows = report.goals.iter().map(|goal| {
+        let ours = |found: &EstimateReport| Ours {
+            got: found.estimate,
             std_error: found.std_error,
             z: None,
-            rounding_floor,
+            rounding_floor: goal.rounding_floor,
         };
+        // Resolvent walks have no plain ones beside them.
+        let plain = goal.plain.estimate.map(|_| ours(&goal.plain));
         Row {
             case: goal.name.clone(),
-            ours: ours(statistics.preconditioned()),
-            plain: Some(ours(statistics.plain())),
+            ours: ours(&goal.preconditioned),
+            plain,
             ..Row::default()
         }
     });

@@ -1,7 +1,7 @@
 //! What the neighbour equation from rays gains in scenes: √Var, and the error at equal time, beside plain walks without a last
 //! step to the light, the paper's, and the best plain walks with one.
 //!
-//! `cargo run --profile dist -p fredholm-file --example scene_gain -- CASES CELLS DEGREES FACES RAYS`, from the folder of the repository,
+//! `cargo run --profile dist -p fredholm-file --features measure --example scene_gain -- CASES CELLS DEGREES FACES RAYS`, from the folder of the repository,
 //! CASES of `cube,box,cornell,living,furnace`, CELLS as `100,1000`, DEGREES of `0,1,2`, the number of FACES in the control of a cell,
 //! 8 if it is left out, and the set-up's RAYS of a cell, 256 to 4096 and four million in all if they are left out.
 //!

@@ -2,7 +2,7 @@
 //! and of preconditioned walks, without and with it, on the circle, in two rooms and in two scenes, by lights of 10, 1 and
 //! 0.1 % of all walls.
 //!
-//! `RAYON_NUM_THREADS=1 cargo run --profile dist -p fredholm-file --example small_lights -- CASES SHARES`, from the folder of the
+//! `RAYON_NUM_THREADS=1 cargo run --profile dist -p fredholm-file --features measure --example small_lights -- CASES SHARES`, from the folder of the
 //! repository, CASES of `circle,furnished,doorway,cornell,living` and SHARES of `0.1,0.01,0.001`; behind them the number of cells of
 //! scenes, 600 if it is left out.
 //!

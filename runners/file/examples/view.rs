@@ -1,6 +1,6 @@
 //! The error of a picture of a scene file against a long run, beside that of plain walks in the same time.
 //!
-//! `cargo run --profile dist -p fredholm-file --example view -- FILE.toml WIDTH LONG X,Y,Z X,Y,Z ANGLE`: WIDTH pixels along
+//! `cargo run --profile dist -p fredholm-file --features measure --example view -- FILE.toml WIDTH LONG X,Y,Z X,Y,Z ANGLE`: WIDTH pixels along
 //! both sides, LONG walks a pixel for the long run, and the camera's place, the point in the middle and its angle.
 
 use fredholm::scene::{Beside, Camera, View, ViewRequest};

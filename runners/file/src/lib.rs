@@ -119,6 +119,8 @@ pub struct Walk {
 pub struct Target {
     /// The name of the target in results.
     pub name: Placed<String>,
+    /// The number of the unknown function, from 1, of a system.
+    pub component: Option<Placed<usize>>,
     /// The quantity that is computed.
     pub what: What,
 }
@@ -301,7 +303,9 @@ fn read_target(mut section: Section<'_, '_>) -> Result<Target, InputError> {
         .filter_map(|key| section.optional(key))
         .collect::<Vec<_>>();
     let surface = section.optional("surface");
+    let component = section.optional("component");
     section.finish()?;
+    let component = component.map(|field| field.integer()).transpose()?;
     let name = Placed::file(name.span.clone(), name.text()?.to_owned());
 
     // The tree is sorted by key; the reader of the file meets them in its order.
@@ -335,6 +339,7 @@ fn read_target(mut section: Section<'_, '_>) -> Result<Target, InputError> {
             let surface = surface.as_ref().map(Field::string).transpose()?;
             return Ok(Target {
                 name,
+                component,
                 what: What::Grid(first.integer()?, surface),
             });
         }
@@ -344,7 +349,11 @@ fn read_target(mut section: Section<'_, '_>) -> Result<Target, InputError> {
                        or `at = { surface = \"name\", t = 0.5 }`";
         return Err(section.source.error(surface.key.clone(), message));
     }
-    Ok(Target { name, what })
+    Ok(Target {
+        name,
+        component,
+        what,
+    })
 }
 
 /// Reads `at`: an angle, a point, a place on a surface, or a file of points.

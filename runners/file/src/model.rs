@@ -193,14 +193,20 @@ impl ProblemFile {
     /// What `ask` says.
     pub(crate) fn ask(
         &self,
-        mut ask: impl FnMut(&What) -> Result<Vec<Ask>, InputError>,
+        mut ask: impl FnMut(&crate::Target) -> Result<Vec<Ask>, InputError>,
     ) -> Result<Vec<Target>, InputError> {
         let mut targets = Vec::new();
         for target in &self.targets {
             let name = &target.name.value;
-            let is_list = matches!(target.what, What::Listed(_) | What::Lattice(_));
-            let all = ask(&target.what)?.into_iter().enumerate();
-            targets.extend(all.map(|(i, ask)| Target {
+            let all = ask(target)?;
+            // The points of `Ask::Grid` are named by the model.
+            let has_points = all.iter().all(|ask| matches!(ask, Ask::One(_)));
+            let is_list = match target.what {
+                What::Listed(_) | What::Lattice(_) => true,
+                What::Grid(..) => has_points,
+                _ => false,
+            };
+            targets.extend(all.into_iter().enumerate().map(|(i, ask)| Target {
                 name: if is_list {
                     format!("{name}[{i}]")
                 } else {

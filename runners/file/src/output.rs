@@ -30,7 +30,11 @@ pub(crate) fn read(
             What::Grid(field.integer()?, None)
         };
         let name = Placed::file(field.key.clone(), NAME.to_owned());
-        targets.push(Target { name, what });
+        targets.push(Target {
+            name,
+            component: None,
+            what,
+        });
     }
     let Some(field) = files else {
         return Ok(Vec::new());

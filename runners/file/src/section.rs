@@ -240,26 +240,6 @@ impl<'s, 'i> Field<'s, 'i> {
         self.elements("an array of strings", Self::string)
     }
 
-    /// The pairs of numbers here: an array of pairs, or one pair.
-    pub(crate) fn pairs(&self) -> Result<Placed<Vec<Placed<[f64; 2]>>>, InputError> {
-        if let DeValue::Array(array) = &self.value
-            && !array.iter().any(|item| item.get_ref().is_array())
-        {
-            let pair = self.pair()?;
-            return Ok(Placed::file(self.span.clone(), vec![pair]));
-        }
-        self.elements("an array of pairs `[from, to]`", Self::pair)
-    }
-
-    /// The two numbers here.
-    pub(crate) fn pair(&self) -> Result<Placed<[f64; 2]>, InputError> {
-        let numbers = self.numbers()?;
-        match numbers.value.as_slice() {
-            [a, b] => Ok(Placed::file(self.span.clone(), [a.value, b.value])),
-            _ => Err(self.error(format_args!("`{}` must be two numbers", self.name))),
-        }
-    }
-
     /// The boolean here.
     pub(crate) fn boolean(&self) -> Result<Placed<bool>, InputError> {
         match self.value {

@@ -184,11 +184,6 @@ impl ProblemFile {
     /// Checks `[walk]`.
     fn validate_walk(&self) -> Result<(), InputError> {
         let walk = &self.walk;
-        self.demand(
-            &walk.walks,
-            walk.walks.value >= 1,
-            "`walks` must be at least 1",
-        )?;
         if let Some(absorption) = &walk.absorption {
             self.validate_absorption(absorption)?;
         }
@@ -244,6 +239,13 @@ impl ProblemFile {
                     name,
                     format_args!("a second target named {:?}{first}", name.value),
                 ));
+            }
+            if let Some(component) = &target.component {
+                self.demand(
+                    component,
+                    self.problem.has_components(),
+                    "`component` belongs to systems: other problems have one unknown function",
+                )?;
             }
             self.problem.validate_target(self, &target.what)?;
         }

@@ -52,7 +52,7 @@ impl From<InputError> for Refusal {
 fn read_file(text: &str) -> Result<(), Refusal> {
     let file = file::read("room.toml", text)?;
     file.validate()?;
-    if file.problem.as_room().is_none() {
+    if file.problem.of::<file::kinds::Room>().is_none() {
         return Ok(());
     }
     let resolved = file.resolve()?;

@@ -47,6 +47,30 @@ at = 0.5
     answer.outcome.statistics[0].preconditioned().estimate
 }
 
+/// Makes a system whose formulas nobody has seen before.
+fn system(number: u32) {
+    let text = format!(
+        "[problem]
+kind = 'system'
+dimension = 1
+[[problem.equation]]
+kernel = ['x * y / (1 + {number})', '0.1']
+source = '1'
+[[problem.equation]]
+kernel = ['0', '0.2']
+source = 'x + {number}'
+[[target]]
+name = 'middle'
+component = 1
+at = 0.5
+"
+    );
+    let file = fredholm_file::read("mine.toml", &text).unwrap();
+    file.validate().unwrap();
+    let resolved = file.resolve().unwrap();
+    assert_eq!(resolved.targets.len(), 1);
+}
+
 /// Pages of this process that are in memory.
 fn resident() -> f64 {
     let statm = std::fs::read_to_string("/proc/self/statm").unwrap();
@@ -60,6 +84,7 @@ fn ten_thousand_formulas_take_the_memory_of_a_thousand() {
     let mut estimates = vec![1_u64; 10_000];
     for (number, estimate) in (1..).zip(&mut estimates) {
         *estimate = solve(number).to_bits();
+        system(number);
         if number == 1000 {
             after_a_thousand = resident();
         }

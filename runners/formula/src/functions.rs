@@ -1,14 +1,18 @@
 //! The formulas of one equation as the functions of a model.
 
-use fredholm_core::Real;
-use fredholm_cube_model::{CubeFunctions, CubeValues};
+use std::sync::Arc;
 
-use crate::{Formula, Room, room, seconds};
+use fredholm::cube::{CubeFunctions, CubeValues};
+use fredholm_core::Real;
+
+use crate::{Formula, Parameter};
 
 /// The formulas of an equation on a cube, which [`check`](crate::check) has accepted.
 ///
 /// ```
-/// use fredholm_cube_model::CubeFunctions;
+/// use std::sync::Arc;
+///
+/// use fredholm::cube::CubeFunctions;
 /// use fredholm_formula::Formulas;
 ///
 /// let formulas = Formulas {
@@ -16,14 +20,12 @@ use crate::{Formula, Room, room, seconds};
 ///     domain: vec![],
 ///     is_product: false,
 ///     kernel: vec!["0.5 * exp(-(x - y)^2)".to_owned()],
-///     integral: vec![],
 ///     source: "1 + x".to_owned(),
 ///     solution: None,
 ///     weights: vec![],
+///     parameters: vec![],
 /// };
-/// let mut found = 0.0;
-/// formulas.with_f64(&mut |values| found = values.source(&[0.5]));
-/// assert_eq!(found, 1.5);
+/// assert_eq!(Arc::new(formulas).in_f64().source(&[0.5]), 1.5);
 /// ```
 #[derive(Clone, Debug)]
 pub struct Formulas {
@@ -35,115 +37,63 @@ pub struct Formulas {
     pub is_product: bool,
     /// K(x, y), or its factors, one of each axis.
     pub kernel: Vec<String>,
-    /// ∫ K dy from anywhere up to y, or that of each factor; empty where it is not known.
-    pub integral: Vec<String>,
     /// F(x).
     pub source: String,
     /// u(x), if it is known.
     pub solution: Option<String>,
     /// Weights of functionals, in x.
     pub weights: Vec<String>,
+    /// Numbers that all of these know by a name.
+    pub parameters: Vec<Parameter>,
 }
 
-impl Formulas {
-    /// Compiles the formulas, which takes microseconds, and hands them on: a program borrows the text of its formula,
-    /// so that neither outlives the other and nothing is leaked.
-    fn with<F: Real>(&self, then: &mut dyn FnMut(&dyn CubeValues<F>)) {
-        let mut rooms = Rooms {
-            kernel: rooms(&self.kernel),
-            integral: rooms(&self.integral),
-            weights: rooms(&self.weights),
-            source: room(&self.source),
-            solution: room(self.solution_text()),
-        };
-        // Validation has compiled them once, so that there is always something to hand on.
-        if let Some(compiled) = self.compiled(&mut rooms) {
-            then(&compiled);
+/// The formulas in one scalar; what validation has refused is left out.
+struct Compiled<F: Real> {
+    kernel: Vec<Formula<F>>,
+    weights: Vec<Formula<F>>,
+    source: Option<Formula<F>>,
+    solution: Option<Formula<F>>,
+}
+
+impl<F: Real> Compiled<F> {
+    fn new(formulas: &Formulas) -> Self {
+        let one = |text: &String| Formula::new(text, &formulas.parameters).ok();
+        let all = |texts: &[String]| texts.iter().filter_map(one).collect();
+        Self {
+            kernel: all(&formulas.kernel),
+            weights: all(&formulas.weights),
+            source: one(&formulas.source),
+            solution: formulas.solution.as_ref().and_then(one),
         }
     }
-
-    /// The formula of the solution; where it is not known it is not asked for.
-    fn solution_text(&self) -> &str {
-        self.solution.as_deref().unwrap_or("0")
-    }
-
-    fn compiled<'c, F: Real>(&'c self, rooms: &'c mut Rooms<'c, F>) -> Option<Compiled<'c, F>> {
-        Some(Compiled {
-            kernel: compile(&self.kernel, &mut rooms.kernel)?,
-            integral: compile(&self.integral, &mut rooms.integral)?,
-            weights: compile(&self.weights, &mut rooms.weights)?,
-            source: Formula::new(&self.source, &mut rooms.source).ok()?,
-            solution: Formula::new(self.solution_text(), &mut rooms.solution).ok()?,
-        })
-    }
 }
 
-/// Room for the programs of all formulas.
-struct Rooms<'c, F> {
-    kernel: Vec<Room<'c, F>>,
-    integral: Vec<Room<'c, F>>,
-    weights: Vec<Room<'c, F>>,
-    source: Room<'c, F>,
-    solution: Room<'c, F>,
-}
-
-/// Room for the programs of some formulas.
-fn rooms<F: Real>(texts: &[String]) -> Vec<Room<'_, F>> {
-    texts.iter().map(|text| room(text)).collect()
-}
-
-fn compile<'c, F: Real>(
-    texts: &'c [String],
-    rooms: &'c mut [Room<'c, F>],
-) -> Option<Vec<Formula<'c, F>>> {
-    let pairs = texts.iter().zip(rooms);
-    pairs
-        .map(|(text, room)| Formula::new(text, room).ok())
-        .collect()
-}
-
-/// The formulas in one scalar.
-struct Compiled<'c, F> {
-    kernel: Vec<Formula<'c, F>>,
-    integral: Vec<Formula<'c, F>>,
-    weights: Vec<Formula<'c, F>>,
-    source: Formula<'c, F>,
-    solution: Formula<'c, F>,
-}
-
-/// The value of one of some formulas.
+/// The value of a formula; NaN without it.
 #[inline]
-fn value<F: Real>(formulas: &[Formula<'_, F>], number: usize, x: &[F], y: &[F]) -> F {
-    match formulas.get(number) {
-        Some(formula) => formula.value(x, y),
-        None => F::NAN,
-    }
+fn value<F: Real>(formula: Option<&Formula<F>>, x: &[F], y: &[F]) -> F {
+    formula.map_or(F::NAN, |formula| formula.value(x, y))
 }
 
-impl<F: Real> CubeValues<F> for Compiled<'_, F> {
+impl<F: Real> CubeValues<F> for Compiled<F> {
     #[inline]
     fn kernel(&self, x: &[F], y: &[F]) -> F {
-        value(&self.kernel, 0, x, y)
+        value(self.kernel.first(), x, y)
     }
     #[inline]
     fn factor(&self, axis: usize, x: F, y: F) -> F {
-        value(&self.kernel, axis, &[x], &[y])
-    }
-    #[inline]
-    fn integral(&self, axis: usize, x: F, y: F) -> F {
-        value(&self.integral, axis, &[x], &[y])
+        value(self.kernel.get(axis), &[x], &[y])
     }
     #[inline]
     fn source(&self, x: &[F]) -> F {
-        self.source.value(x, &[])
+        value(self.source.as_ref(), x, &[])
     }
     #[inline]
     fn solution(&self, x: &[F]) -> F {
-        self.solution.value(x, &[])
+        value(self.solution.as_ref(), x, &[])
     }
     #[inline]
     fn weight(&self, number: usize, x: &[F]) -> F {
-        value(&self.weights, number, x, &[])
+        value(self.weights.get(number), x, &[])
     }
 }
 
@@ -160,36 +110,26 @@ impl CubeFunctions for Formulas {
         self.is_product
     }
 
-    fn has_integral(&self) -> bool {
-        !self.integral.is_empty()
-    }
-
     fn has_solution(&self) -> bool {
         self.solution.is_some()
     }
 
-    fn weights(&self) -> usize {
-        self.weights.len()
+    fn weights(&self) -> &[String] {
+        &self.weights
     }
 
-    fn weight_text(&self, number: usize) -> Option<&str> {
-        self.weights.get(number).map(String::as_str)
+    fn seconds(&self) -> [f64; 2] {
+        let own = Compiled::<f64>::new(self);
+        let of = |formula: &Formula<f64>| formula.seconds();
+        let kernel = own.kernel.iter().map(of).sum();
+        [kernel, own.source.as_ref().map_or(0.0, of)]
     }
 
-    fn seconds(&self) -> [f64; 3] {
-        let all = |texts: &[String]| texts.iter().map(|text| seconds(text)).sum();
-        [
-            all(&self.kernel),
-            all(&self.integral),
-            seconds(&self.source),
-        ]
+    fn in_f64(self: Arc<Self>) -> Arc<dyn CubeValues<f64>> {
+        Arc::new(Compiled::<f64>::new(&self))
     }
 
-    fn with_f64(&self, then: &mut dyn FnMut(&dyn CubeValues<f64>)) {
-        self.with(then);
-    }
-
-    fn with_f32(&self, then: &mut dyn FnMut(&dyn CubeValues<f32>)) {
-        self.with(then);
+    fn in_f32(self: Arc<Self>) -> Arc<dyn CubeValues<f32>> {
+        Arc::new(Compiled::<f32>::new(&self))
     }
 }

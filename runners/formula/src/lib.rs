@@ -1,24 +1,33 @@
 #![doc = include_str!("../README.md")]
 
+mod check;
+mod compiled;
 mod functions;
+mod plain;
+mod special;
 
 use core::cmp::Ordering;
 use core::ops::Range;
 
 use fredholm_core::Real;
-use nanoexpr::{Context, ErrorKind, Evaluator, Instruction, Number, Program};
+use nanoexpr::{Context, ErrorKind, Number};
 
+pub use check::{check, constant, occurrences};
 pub use functions::Formulas;
+pub use plain::{Parameter, Plain};
+
+use compiled::Compiled;
+use special::{bessel_i, bessel_k, exponential_integral};
 
 /// The words of formulas, for messages.
-pub const KNOWN: &str = "numbers, pi, e, + - * / % ^, comparisons, `condition ? a : b`, abs, \
+pub const KNOWN: &str = "numbers, pi, e, + - * / % ^, comparisons, `condition ? a : b`, |a|, abs, \
      sign, min, max, sqrt, cbrt, exp, ln, log10, sin, cos, tan, asin, acos, atan, atan2, sinh, cosh, \
-     tanh, floor, ceil";
+     tanh, floor, ceil, erf, erfc, gamma, lgamma, E1, E2, E3, J0, J1, Y0, Y1, I0, I1, K0, K1";
 
 type Unary = (&'static str, fn(f64) -> f64);
 
-/// The functions of one argument.
-const UNARY: [Unary; 12] = [
+/// The functions of one argument, in f64: single precision rounds what they give.
+const UNARY: [Unary; 27] = [
     ("cbrt", libm::cbrt),
     ("log10", libm::log10),
     ("tan", libm::tan),
@@ -31,40 +40,61 @@ const UNARY: [Unary; 12] = [
     ("floor", libm::floor),
     ("ceil", libm::ceil),
     ("sign", sign),
+    ("erf", libm::erf),
+    ("erfc", libm::erfc),
+    ("gamma", libm::tgamma),
+    ("lgamma", libm::lgamma),
+    ("E1", exponential_integral::<1>),
+    ("E2", exponential_integral::<2>),
+    ("E3", exponential_integral::<3>),
+    ("J0", libm::j0),
+    ("J1", libm::j1),
+    ("Y0", libm::y0),
+    ("Y1", libm::y1),
+    ("I0", bessel_i::<0>),
+    ("I1", bessel_i::<1>),
+    ("K0", bessel_k::<0>),
+    ("K1", bessel_k::<1>),
 ];
+/// The number of them that are elementary.
+const ELEMENTARY: usize = 12;
 /// The functions that a call looks up first.
 const FAST: [&str; 6] = ["abs", "sqrt", "exp", "ln", "sin", "cos"];
 /// The functions of two arguments.
 const TWO: [&str; 3] = ["min", "max", "atan2"];
 
+/// Whether a name is that of a function.
+fn is_function(name: &str) -> bool {
+    FAST.contains(&name) || TWO.contains(&name) || UNARY.iter().any(|(known, _)| *known == name)
+}
+
 fn sign(x: f64) -> f64 {
     if x == 0.0 { x } else { x.signum() }
 }
 
-/// The most values that a formula may have pending at once.
-const STACK: usize = 32;
-
-/// The number of values that most formulas have pending at once. Room for them is cleared at each
-/// evaluation: for 32 it takes a twelfth of the instructions of a short formula.
-const FEW: usize = 8;
-
 /// Which names a formula may use besides functions and constants.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Variables {
-    /// d: with 1 the coordinates are x and y (and x1, y1), with more x1 … xd, y1 … yd.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Variables<'p> {
+    /// d: with 1 the coordinates are x and y (and x1, y1), with more x1 … xd, y1 … yd; with 0 there are none.
     pub dimension: usize,
     /// Whether y is there.
     pub two: bool,
+    /// Numbers with names of their own.
+    pub parameters: &'p [Parameter],
 }
 
-impl Variables {
+impl Variables<'_> {
     /// x and y on one axis.
-    pub const FACTOR: Self = Self {
+    pub const FACTOR: Variables<'static> = Variables {
         dimension: 1,
         two: true,
+        parameters: &[],
     };
 
     fn knows(self, name: &str) -> bool {
+        if self.parameters.iter().any(|own| own.name == name) {
+            return true;
+        }
         let axis = match name.split_at_checked(1) {
             Some(("x", axis)) => axis,
             Some(("y", axis)) if self.two => axis,
@@ -79,39 +109,71 @@ impl Variables {
         }
     }
 
-    /// "x and y", "x1 to x3".
-    pub fn names(self) -> String {
+    /// "the coordinates here are x1 to x3 and y1 to y3, the parameters a, b".
+    fn names(self) -> String {
         let of = |letter: &str| match self.dimension {
             1 => letter.to_owned(),
             d => format!("{letter}1 to {letter}{d}"),
         };
-        if self.two {
-            format!("{} and {}", of("x"), of("y"))
-        } else {
-            of("x")
+        let coordinates = match (self.dimension, self.two) {
+            (0, _) => "there are no coordinates here".to_owned(),
+            (_, true) => format!("the coordinates here are {} and {}", of("x"), of("y")),
+            (_, false) => format!("the coordinates here are {}", of("x")),
+        };
+        let parameters: Vec<&str> = self
+            .parameters
+            .iter()
+            .map(|own| own.name.as_str())
+            .collect();
+        match parameters.as_slice() {
+            [] => coordinates,
+            names => format!("{coordinates}, the parameters {}", names.join(", ")),
         }
     }
 }
 
-/// Seconds of an instruction, and of a call of a function or of a power besides, on the machines this was measured on.
+/// Why a name cannot be that of a parameter, if so: it has another meaning in formulas.
+///
+/// ```
+/// use fredholm_formula::refused_name;
+///
+/// assert!(refused_name("sigma").is_none());
+/// assert!(refused_name("exp").unwrap().contains("a function"));
+/// ```
+pub fn refused_name(name: &str) -> Option<String> {
+    let coordinate = Variables {
+        dimension: usize::MAX,
+        ..Variables::FACTOR
+    };
+    let mut letters = name.chars();
+    let is_name = letters
+        .next()
+        .is_some_and(|c| c.is_ascii_alphabetic() || c == '_')
+        && letters.all(plain::is_word);
+    let meaning = match name {
+        _ if !is_name => {
+            return Some(
+                "a name has letters from a to z, digits and `_`, and no digit first".to_owned(),
+            );
+        }
+        "pi" | "e" => "a constant",
+        "mod" | "if" | "then" | "else" | "and" | "or" | "not" => "a word",
+        "x" | "y" => "a coordinate",
+        _ if coordinate.knows(name) => "a coordinate",
+        _ if is_function(name) => "a function",
+        _ => return None,
+    };
+    Some(format!(
+        "`{name}` is {meaning} of formulas: use another name"
+    ))
+}
+
+/// Seconds of an instruction, and of a call of an elementary function, of another and of a power besides, on the machines this was
+/// measured on.
 const INSTRUCTION: f64 = 3e-9;
 const CALL: f64 = 15e-9;
+const SPECIAL: f64 = 200e-9;
 const POWER: f64 = 45e-9;
-
-/// About how many seconds a value takes of a formula that validation has checked.
-pub fn seconds(text: &str) -> f64 {
-    let mut room = room::<f64>(text);
-    let length = Formula::new(text, &mut room).map_or(0, |formula| formula.len());
-    let calls = names(text).into_iter().filter(|(.., called)| *called);
-    // Squares and cubes are products.
-    let is_power = |exponent: &&str| {
-        let number = exponent.trim_start();
-        let rest = number.trim_start_matches(|c: char| c.is_alphanumeric() || c == '.');
-        !matches!(&number[..number.len() - rest.len()], "2" | "3")
-    };
-    let powers = text.split('^').skip(1).filter(is_power).count();
-    length as f64 * INSTRUCTION + calls.count() as f64 * CALL + powers as f64 * POWER
-}
 
 /// An error in a formula, and its place there.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -122,183 +184,62 @@ pub struct FormulaError {
     pub message: String,
 }
 
-/// Checks all that can be checked without values: syntax, names, numbers of arguments.
-pub fn check(text: &str, variables: Variables) -> Result<(), FormulaError> {
-    if let Err(error) = Formula::new(text, &mut room::<f64>(text)) {
-        return Err(with_product(text, error));
-    }
-    for (name, span, called) in names(text) {
-        let message = unknown(name, called, variables).or_else(|| {
-            called
-                .then(|| miscounted(name, &text[span.end..]))
-                .flatten()
-        });
-        if let Some(message) = message {
-            return Err(FormulaError { span, message });
-        }
-    }
-    Ok(())
-}
-
-/// The error with advice where two factors stand side by side: "0.2x", "0.5 x", "2(x + y)".
-fn with_product(text: &str, error: FormulaError) -> FormulaError {
-    let (Some(before), Some(after)) = (text.get(..error.span.start), text.get(error.span.start..))
-    else {
-        return error;
-    };
-    let word = |c: char| c.is_alphanumeric() || c == '_' || c == '.';
-    let left = before.trim_end();
-    let start = left.trim_end_matches(word).len();
-    let right = after.trim_start();
-    let end = right.find(|c| !word(c)).unwrap_or(right.len());
-    let left = match left.ends_with(')') {
-        true => "…)",
-        false => &left[start..],
-    };
-    let right = match right.starts_with('(') {
-        true => "(…",
-        false => &right[..end],
-    };
-    if left.is_empty() || right.is_empty() {
-        return error;
-    }
-    FormulaError {
-        message: format!(
-            "{}: a product needs its sign, write {left} * {right}",
-            error.message
-        ),
-        ..error
-    }
-}
-
-/// Why a call of a function has the wrong number of arguments, if so; they and what follows are the rest
-/// of a formula whose parentheses match.
-fn miscounted(name: &str, rest: &str) -> Option<String> {
-    let takes = if TWO.contains(&name) { 2 } else { 1 };
-    let (mut depth, mut commas, mut empty) = (0, 0, true);
-    for c in rest.trim_start().chars() {
-        match c {
-            ')' if depth == 1 => break,
-            ',' if depth == 1 => commas += 1,
-            _ => empty &= depth == 0 || c.is_whitespace(),
-        }
-        match c {
-            '(' => depth += 1,
-            ')' => depth -= 1,
-            _ => {}
-        }
-    }
-    let found = if empty { 0 } else { commas + 1 };
-    let plural = if takes == 1 { "" } else { "s" };
-    (found != takes).then(|| format!("`{name}` takes {takes} argument{plural}, not {found}"))
-}
-
-/// Why a name means nothing here, if so.
-fn unknown(name: &str, called: bool, variables: Variables) -> Option<String> {
-    let function = FAST.contains(&name)
-        || TWO.contains(&name)
-        || UNARY.iter().any(|(known, _)| *known == name);
-    let known = if called {
-        function
-    } else {
-        matches!(name, "pi" | "e") || variables.knows(name)
-    };
-    if known {
-        return None;
-    }
-    let names = variables.names();
-    Some(match name {
-        "mod" => "the remainder is written with %".to_owned(),
-        "log" => "`log` has two meanings: write ln or log10".to_owned(),
-        _ if function => format!("`{name}` is a function: write {name}(…)"),
-        _ if called => format!("unknown function `{name}`; known: {KNOWN}"),
-        _ => format!("unknown name `{name}`; the coordinates here are {names}"),
-    })
-}
-
-/// The names in a formula, with their places and whether they are called.
-fn names(text: &str) -> Vec<(&str, Range<usize>, bool)> {
-    let word = |b: u8| b.is_ascii_alphanumeric() || b == b'_';
-    let bytes = text.as_bytes();
-    let mut found = Vec::new();
-    let mut at = 0;
-    while at < bytes.len() {
-        let first = bytes[at];
-        let start = at;
-        if first.is_ascii_digit() || first == b'.' {
-            // A number, whose exponent is no name.
-            while at < bytes.len() && (word(bytes[at]) || bytes[at] == b'.') {
-                at += 1;
-            }
-        } else if word(first) {
-            while at < bytes.len() && word(bytes[at]) {
-                at += 1;
-            }
-            let called = text[at..].trim_start().starts_with('(');
-            found.push((&text[start..at], start..at, called));
-        } else {
-            at += 1;
-        }
-    }
-    found
-}
-
-/// Room for the instructions of a formula.
-pub type Room<'c, F> = Vec<Instruction<'c, Value<F>>>;
-
-/// Room for the instructions of a formula: none needs more than two for a character.
-pub fn room<F: Real>(text: &str) -> Room<'_, F> {
-    vec![Instruction::default(); 2 * text.len() + 1]
-}
-
 /// A compiled formula.
-#[derive(Clone, Copy, Debug)]
-pub struct Formula<'c, F>(Compiled<'c, F>);
+pub struct Formula<F: Real>(Compiled<F>);
 
-/// A formula by the number of its pending values.
-#[derive(Clone, Copy, Debug)]
-enum Compiled<'c, F> {
-    Few(Program<'c, 'c, Value<F>, FEW>),
-    Many(Program<'c, 'c, Value<F>, STACK>),
+impl<F: Real> core::fmt::Debug for Formula<F> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_tuple("Formula").field(&self.0.text()).finish()
+    }
 }
 
-impl<'c, F: Real> Formula<'c, F> {
-    /// Compiles a formula into the [`room`] for it.
-    pub fn new(
-        text: &'c str,
-        room: &'c mut [Instruction<'c, Value<F>>],
-    ) -> Result<Self, FormulaError> {
-        let evaluator = Evaluator::<()>::new(&());
-        let few = evaluator.compile::<_, FEW>(text, &mut *room).is_ok();
-        let compiled = if few {
-            evaluator.compile(text, room).map(Compiled::Few)
-        } else {
-            evaluator.compile(text, room).map(Compiled::Many)
-        };
-        compiled.map(Self).map_err(|error| FormulaError {
-            span: error.span.start..error.span.end,
+impl<F: Real> Formula<F> {
+    /// Compiles a formula as it is typed, with these numbers by their names.
+    ///
+    /// # Errors
+    /// What is wrong with it: [`check`] says more.
+    pub fn new(typed: &str, parameters: &[Parameter]) -> Result<Self, FormulaError> {
+        let plain = Plain::new(typed, parameters)?;
+        Self::compiled(&plain).map_err(|error| FormulaError {
+            span: plain.typed(error.span.start..error.span.end),
             message: error.kind.description().to_owned(),
         })
+    }
+
+    fn compiled(plain: &Plain) -> Result<Self, nanoexpr::Error> {
+        Compiled::of(plain.text().to_owned()).map(Self)
     }
 
     /// The value of the formula at (x, y); NaN where it has none.
     #[inline]
     pub fn value(&self, x: &[F], y: &[F]) -> F {
-        let at = At { x, y };
-        let value = match &self.0 {
-            Compiled::Few(program) => program.evaluate(&at),
-            Compiled::Many(program) => program.evaluate(&at),
-        };
-        value.map_or(F::NAN, |value| value.0)
+        self.0.value(&At { x, y })
     }
 
-    /// The number of its instructions.
-    fn len(&self) -> usize {
-        match &self.0 {
-            Compiled::Few(program) => program.len(),
-            Compiled::Many(program) => program.len(),
-        }
+    /// About how many seconds a value takes.
+    pub fn seconds(&self) -> f64 {
+        seconds(self.0.text(), self.0.len())
     }
+}
+
+/// About how many seconds a value takes of a plain text with so many instructions.
+fn seconds(text: &str, instructions: usize) -> f64 {
+    let is_special = |name: &str| {
+        UNARY
+            .iter()
+            .skip(ELEMENTARY)
+            .any(|(known, _)| *known == name)
+    };
+    let calls = check::names(text).into_iter().filter(|name| name.is_called);
+    let calls = calls.map(|name| if is_special(name.text) { SPECIAL } else { CALL });
+    // Squares and cubes are products.
+    let is_power = |exponent: &&str| {
+        let number = exponent.trim_start();
+        let rest = number.trim_start_matches(|c: char| c.is_alphanumeric() || c == '.');
+        !matches!(&number[..number.len() - rest.len()], "2" | "3")
+    };
+    let powers = text.split('^').skip(1).filter(is_power).count();
+    instructions as f64 * INSTRUCTION + calls.sum::<f64>() + powers as f64 * POWER
 }
 
 /// The values of the coordinates.
@@ -407,11 +348,10 @@ impl<F: Real> Number for Value<F> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Formula, KNOWN, Variables, check, room};
+    use super::{Formula, KNOWN, Variables, check};
 
     fn value(text: &str, x: &[f64], y: &[f64]) -> f64 {
-        let mut room = room(text);
-        Formula::new(text, &mut room).unwrap().value(x, y)
+        Formula::new(text, &[]).unwrap().value(x, y)
     }
 
     #[test]
@@ -440,9 +380,13 @@ mod tests {
         assert_eq!(at("1 / (x - 0.3)"), f64::INFINITY);
         let deep = format!("{}x{}", "y - (".repeat(12), ")".repeat(12));
         assert_eq!(value(&deep, &[0.25], &[0.5]), 0.25);
-        let mut room = room::<f32>("0.1 * x");
-        let single = Formula::new("0.1 * x", &mut room).unwrap();
+        let single = Formula::<f32>::new("0.1 * x", &[]).unwrap();
         assert_eq!(single.value(&[0.3], &[]), 0.1_f32 * 0.3);
+        let single = Formula::<f32>::new("E1(x)", &[]).unwrap();
+        assert_eq!(
+            single.value(&[1.0], &[]),
+            0.219_383_934_395_520_3_f64 as f32
+        );
     }
 
     #[test]
@@ -457,63 +401,9 @@ mod tests {
                 .find(|value| value.is_finite());
             let function = !matches!(
                 word,
-                "numbers" | "pi" | "comparisons" | "`condition" | "a" | "b`"
+                "numbers" | "pi" | "comparisons" | "`condition" | "b`" | "|a|"
             );
             assert_eq!(value.is_some(), function, "{word}");
         }
-    }
-
-    #[test]
-    fn what_is_wrong_is_shown_where_it_is() {
-        let place = |text: &str| {
-            let error = check(text, Variables::FACTOR).unwrap_err();
-            (text[error.span.clone()].to_owned(), error.message)
-        };
-        assert_eq!(place("1 + * x").0, "*");
-        assert_eq!(place("exp(-x").0, "(");
-        assert_eq!(place("x + z").0, "z");
-        assert_eq!(place("x < y ? 1 : foo(x)").0, "foo");
-        assert_eq!(place("sin + 1").0, "sin");
-        assert!(place("log(x)").1.contains("log10"));
-        assert!(place("log10").1.contains("write log10(…)"));
-        assert_eq!(place("min(x) + 1").1, "`min` takes 2 arguments, not 1");
-        assert_eq!(place("sin( )").1, "`sin` takes 1 argument, not 0");
-        assert_eq!(place("exp (x, y)").0, "exp");
-        // Where no value would show it: in a branch that few points take.
-        let hidden = "x < 0.1 ? (y < 0.1 ? x : atan2((x), max(x, y), 1)) : 1";
-        assert_eq!(place(hidden).1, "`atan2` takes 2 arguments, not 3");
-        // An operator of the library that is none of ours, and would pass for a coordinate.
-        assert!(place("mod").1.contains("%") && place("x mod y").1.contains("%"));
-        assert_eq!(place("x $ y").0, "$");
-        for (text, advice) in [
-            ("0.2x", "write 0.2 * x"),
-            ("0.5 x y", "write 0.5 * x"),
-            ("2(x + y)", "write 2 * (…"),
-            ("(x + y) x", "write …) * x"),
-        ] {
-            assert!(place(text).1.contains(advice), "{text}: {}", place(text).1);
-        }
-        assert!(!place("1 + * x").1.contains("write"));
-        assert!(check("", Variables::FACTOR).is_err());
-        // Of two dimensions, and of a function of x alone.
-        let plane = Variables {
-            dimension: 2,
-            two: true,
-        };
-        assert!(check("x1 * y2", plane).is_ok());
-        assert!(
-            check("x * y", plane)
-                .unwrap_err()
-                .message
-                .contains("x1 to x2")
-        );
-        assert!(check("x3", plane).is_err() && check("x0", plane).is_err());
-        let one = Variables {
-            dimension: 1,
-            two: false,
-        };
-        assert!(check("x + y", one).is_err());
-        assert!(check(&"(".repeat(10_000), one).is_err());
-        assert!(check(&"x + (".repeat(40), one).is_err());
     }
 }

@@ -17,4 +17,21 @@ pub struct About {
     pub counts_evaluations: bool,
     /// Whether an open method means resolvent walks: its kernel is a function on pairs of points, of few dimensions.
     pub takes_resolvent: bool,
+    /// What the [global estimate](crate::System::whole) of a solved system tells.
+    pub whole: WholeValues,
+    /// The largest degree of a [lift](crate::System::lift); 0: it has none.
+    pub most_lift: usize,
+    /// Whether its walks may draw from a [sequence](crate::Sequence).
+    pub has_sequences: bool,
+}
+
+/// What a global estimate tells of a function.
+#[derive(Clone, Copy, Debug, Eq, PartialEq)]
+pub enum WholeValues {
+    /// There is no global estimate.
+    None,
+    /// Means over the cells and over what consists of them; it is used only if it is asked for.
+    Means,
+    /// Values at all points.
+    Points,
 }

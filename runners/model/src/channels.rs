@@ -2,21 +2,14 @@
 
 use fredholm_core::MOST_CHANNELS;
 use fredholm_core::{Estimate, Statistics};
+use fredholm_room::Material;
 
+pub use crate::colours::{ColouredPart, Colours};
 use crate::heat::Optics;
 use crate::{BLANK, Derived, Error, Goal, Heat, Model, Region, Spot, Subject};
 
 /// The weights of red, green and blue in luminance (ITU-R BT.709, the primaries of sRGB).
 const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
-
-/// How the irradiance of a region follows from u there.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Exchange {
-    /// H = (u − F)/ρ, with the material in every channel.
-    Through(Vec<Optics>),
-    /// H = u in the mean over all surfaces, between which all light stays.
-    Arrives,
-}
 
 /// The names of channels, such as colours or bands of wavelengths, and the weights of a sum of them.
 ///
@@ -119,24 +112,23 @@ impl ChannelNames {
         }
     }
 
-    /// Irradiances of every goal in its channel, and net fluxes of heat, from the statistics of u and how they follow from u in a
-    /// region. Those of the sum follow where all channels have one reflectance.
-    #[must_use]
-    pub fn derived(
+    /// Irradiances of every goal in its channel, and net fluxes of heat, from the statistics of u and the one material of a region in
+    /// every channel. Those of the sum follow where all channels have one reflectance.
+    pub(crate) fn derived(
         &self,
         goals: &[Goal],
         statistics: &[Statistics],
-        exchange: &dyn Fn(&Region) -> Option<Exchange>,
+        materials: &dyn Fn(&Region) -> Option<Vec<Optics>>,
     ) -> Derived {
         let shared = self.names.len();
         let mut heat = Vec::with_capacity(goals.len());
         // The goals of a target are those of all its channels.
         for (goals, statistics) in goals.chunks(shared).zip(statistics.chunks(shared)) {
-            let exchange = goals.first().and_then(|goal| exchange(&goal.region));
+            let materials = goals.first().and_then(|goal| materials(&goal.region));
             for (goal, statistics) in goals.iter().zip(statistics) {
                 let u = statistics.preconditioned();
-                let own = exchange.as_ref().zip(goal.channel);
-                let own = own.and_then(|(exchange, channel)| self.heat(exchange, channel, u));
+                let own = materials.as_ref().zip(goal.channel);
+                let own = own.and_then(|(own, channel)| self.heat(own, channel, u));
                 heat.push(own.unwrap_or_default());
             }
         }
@@ -147,13 +139,7 @@ impl ChannelNames {
     }
 
     /// What follows from u of a channel, or of the sum.
-    fn heat(&self, exchange: &Exchange, channel: usize, u: Estimate) -> Option<Heat> {
-        let Exchange::Through(materials) = exchange else {
-            return Some(Heat {
-                irradiance: Some(u),
-                ..Heat::default()
-            });
-        };
+    fn heat(&self, materials: &[Optics], channel: usize, u: Estimate) -> Option<Heat> {
         let own = match materials.get(channel) {
             Some(own) => *own,
             None => self.sum_of(materials)?,
@@ -164,7 +150,8 @@ impl ChannelNames {
         let irradiance = own.irradiance(u);
         Some(Heat {
             irradiance: Some(irradiance),
-            net_flux: self.unit.map(|_| own.net_flux_of(irradiance)),
+            net_flux: (self.unit.is_some() && own != Optics::ARRIVES)
+                .then(|| own.net_flux_of(irradiance)),
             ..Heat::default()
         })
     }
@@ -186,7 +173,7 @@ impl ChannelNames {
     ///
     /// # Errors
     /// [`Error::Option`], with the words for what has them.
-    pub fn check(&self, what: &str, materials: &[[f64; 2]]) -> Result<(), Error> {
+    pub fn check(&self, what: &str, materials: &[Material]) -> Result<(), Error> {
         let channels = self.channels();
         if !(1..=MOST_CHANNELS).contains(&channels) {
             return refuse(format!(
@@ -199,8 +186,10 @@ impl ChannelNames {
                 materials.len()
             ));
         }
-        let is_good = |&[reflectance, emission]: &[f64; 2]| {
-            (0.0..=1.0).contains(&reflectance) && emission >= 0.0 && emission.is_finite()
+        let is_good = |own: &Material| {
+            (0.0..=1.0).contains(&own.reflectance)
+                && own.emission >= 0.0
+                && own.emission.is_finite()
         };
         if !materials.iter().all(is_good) {
             return refuse(format!(
@@ -213,26 +202,6 @@ impl ChannelNames {
 
 fn is_rgb(channels: &[String]) -> bool {
     channels == ["red", "green", "blue"]
-}
-
-/// The largest reflectance and the largest emission of all channels: those of the chain that they share.
-#[must_use]
-pub fn largest(materials: &[[f64; 2]]) -> [f64; 2] {
-    let most = |k: usize| {
-        materials
-            .iter()
-            .fold(0.0, |most, own| f64::max(most, own[k]))
-    };
-    [most(0), most(1)]
-}
-
-/// Whether materials are [the largest](largest) of all channels, up to rounding.
-#[must_use]
-pub fn is_largest(own: [f64; 2], materials: &[[f64; 2]]) -> bool {
-    let largest = largest(materials);
-    own.iter()
-        .zip(largest)
-        .all(|(own, largest)| (own - largest).abs() <= 1e-12 * largest.abs())
 }
 
 fn refuse<T>(message: String) -> Result<T, Error> {

@@ -71,15 +71,6 @@ pub enum Error {
         /// q0; `None`: walks end by roulette.
         absorption: Option<f64>,
     },
-    /// The variance of the neighbour equation's walks is infinite.
-    InfiniteNeighbour {
-        /// Cells of an axis.
-        cells: usize,
-        /// Quadrature points of a cell and axis.
-        points: usize,
-        /// The spectral radius of T_h²p, estimated.
-        radius: f64,
-    },
     /// The neighbour equation's walks have no mean.
     NoMean,
     /// Resolvent walks do not serve the equation.
@@ -109,17 +100,6 @@ pub enum Error {
     Region {
         /// The message: what would be right.
         message: String,
-    },
-    /// The given integral of a kernel is not its integral.
-    WrongIntegral {
-        /// The number of the factor.
-        axis: usize,
-        /// x.
-        x: f64,
-        /// Between which y.
-        ends: [f64; 2],
-        /// The integral by quadrature, and the difference of the given primitive.
-        values: [f64; 2],
     },
     /// Two functionals have the same name.
     TwoGoals {
@@ -221,8 +201,6 @@ pub enum Subject {
     Lift,
     /// The tolerance.
     Tolerance,
-    /// The integral of the kernel, or of the factor of this number.
-    KernelIntegral(usize),
     /// A surface's vertex.
     Vertex(fredholm_room::Place),
     /// The whole problem.
@@ -235,9 +213,8 @@ impl Error {
     pub const fn subject(&self) -> Option<Subject> {
         match self {
             Self::InfiniteVariance { .. } => Some(Subject::Absorption),
-            Self::InfiniteNeighbour { .. } | Self::Memory { .. } => Some(Subject::Cells),
+            Self::Memory { .. } => Some(Subject::Cells),
             Self::Option { subject, .. } => Some(*subject),
-            Self::WrongIntegral { axis, .. } => Some(Subject::KernelIntegral(*axis)),
             Self::Dark | Self::TooLong { .. } => Some(Subject::Tolerance),
             Self::Scene {
                 place: Some(place), ..
@@ -245,6 +222,21 @@ impl Error {
             Self::Scene { place: None, .. } => Some(Subject::Problem),
             _ => None,
         }
+    }
+
+    /// Whether a value of a function that is no number causes such errors.
+    #[must_use]
+    pub const fn is_of_values(&self) -> bool {
+        matches!(
+            self,
+            Self::Cube(CubeError::Kernel { .. } | CubeError::Source { .. })
+                | Self::Galerkin(_)
+                | Self::Run(RunError::NotFinite { .. } | RunError::Replicate { .. })
+                | Self::Variance(_)
+                | Self::InfiniteVariance { .. }
+                | Self::NoMean
+                | Self::NotFinite { .. }
+        )
     }
 
     /// Whether other input would help, rather than another machine or version.
@@ -290,18 +282,6 @@ impl Display for Error {
                 radius,
                 absorption,
             } => infinite(f, of, *radius, *absorption),
-            Self::InfiniteNeighbour {
-                cells,
-                points,
-                radius,
-            } => write!(
-                f,
-                "the variance of the neighbour equation's walks is infinite: their operator, of the Galerkin \
-                 coefficients of {cells} `cells` an axis by {points} `points`, has an estimated spectral radius \
-                 of {}, and it must be below 1; use more cells or points, or a smaller `absorption` (or \
-                 --allow-infinite-variance: error bars then mean nothing)",
-                short(*radius)
-            ),
             Self::NoMean => f.write_str(
                 "the walks of the neighbour equation have no mean: the absolute values of the Galerkin \
                  coefficients have an estimated spectral radius of 1 or more, and it must be below 1; if that \
@@ -317,16 +297,6 @@ impl Display for Error {
                 "{what} need {} of memory, and {} are free{advice}",
                 crate::memory::bytes(*needed),
                 crate::memory::bytes(*available)
-            ),
-            Self::WrongIntegral {
-                x,
-                ends: [low, high],
-                values: [expected, found],
-                ..
-            } => write!(
-                f,
-                "this is not the integral of the kernel over y: at x = {x}, from y = {low} to {high}, it gives \
-                 {found:.6} where the kernel's integral is {expected:.6}"
             ),
             Self::TwoGoals { name } => write!(
                 f,

@@ -1,7 +1,9 @@
 //! Irradiances, net fluxes and temperatures: what light and heat between surfaces say besides u.
 
 use fredholm_core::{Estimate, Statistics};
+use fredholm_room::Material;
 
+use crate::channels::Colours;
 use crate::{Derived, Flux, Goal, Heat, Region};
 
 /// The Stefan–Boltzmann constant in W m⁻² K⁻⁴, exact since the SI of 2019 (CODATA 2018).
@@ -62,6 +64,15 @@ pub struct Optics {
     pub emission: f64,
 }
 
+impl From<Material> for Optics {
+    fn from(own: Material) -> Self {
+        Self {
+            reflectance: own.reflectance,
+            emission: own.emission,
+        }
+    }
+}
+
 impl Optics {
     /// The net flux out of the surface: F − (1 − ρ)H.
     #[must_use]
@@ -96,6 +107,35 @@ impl Optics {
     }
 }
 
+/// A wall or a face of a surface.
+///
+/// ```
+/// use fredholm_model::heat::{Element, Optics};
+///
+/// let optics = Optics { reflectance: 1.0, emission: 20.0 };
+/// let heater = Element { surface: 3, part: 0, optics, emissivity: Some(0.9), size: 1.5 };
+/// assert_eq!(heater.size * heater.optics.emission, 30.0);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Element {
+    /// The number of its surface.
+    pub surface: usize,
+    /// The number of the part of the surface that has one material.
+    pub part: usize,
+    /// The material.
+    pub optics: Optics,
+    /// The emissivity, if the net flux is given and it is known.
+    pub emissivity: Option<f64>,
+    /// The length or the area.
+    pub size: f64,
+}
+
+/// What all of some things have in common.
+fn common<T: PartialEq>(mut all: impl Iterator<Item = T>) -> Option<T> {
+    let first = all.next()?;
+    all.all(|other| other == first).then_some(first)
+}
+
 /// Radiative exchange between surfaces: what of a kind tells its irradiances, net fluxes and temperatures. What follows from
 /// that is provided.
 pub trait RadiativeExchange {
@@ -108,26 +148,29 @@ pub trait RadiativeExchange {
     /// Whether a region is a point between the surfaces, or what faces in a direction there.
     fn is_in_air(&self, region: &Region) -> bool;
 
+    /// The walls or faces of a region.
+    fn elements(&self, region: &Region) -> Vec<Element>;
+
+    /// The names of all surfaces, if their net fluxes are results.
+    fn flux_names(&self) -> &[String];
+
     /// The one material of a region, if it has one.
-    fn optics(&self, region: &Region) -> Option<Optics>;
+    fn optics(&self, region: &Region) -> Option<Optics> {
+        common(self.elements(region).iter().map(|own| own.optics))
+    }
 
-    /// The one emissivity of a region from which the net flux is given, if it is known.
-    fn emissivity(&self, region: &Region) -> Option<f64>;
-
-    /// The surfaces whose net fluxes are results.
-    fn flux_surfaces(&self) -> Vec<usize>;
+    /// The surfaces whose net fluxes are results: all of which something is there.
+    fn flux_surfaces(&self) -> Vec<usize> {
+        let all = 0..self.flux_names().len();
+        all.filter(|&surface| !self.elements(&Region::Part(surface)).is_empty())
+            .collect()
+    }
 
     /// Whether the net flux is given from all of a surface.
-    fn is_flux_given(&self, surface: usize) -> bool;
-
-    /// The net flux out of a surface from which it is given: the integral of it.
-    fn given_flux(&self, surface: usize) -> Option<f64>;
-
-    /// The name of a surface.
-    fn name(&self, surface: usize) -> &str;
-
-    /// The length or the area of a surface.
-    fn size(&self, surface: usize) -> Option<f64>;
+    fn is_flux_given(&self, surface: usize) -> bool {
+        let own = self.elements(&Region::Part(surface));
+        own.iter().all(|own| own.optics.reflectance >= 1.0)
+    }
 
     /// The regions of the goals, then every surface whose net flux takes walks.
     fn regions(&self, goals: &[Goal], only_u: bool) -> Vec<Region> {
@@ -199,30 +242,48 @@ pub trait RadiativeExchange {
         }
         let mut walked_fluxes = walked_fluxes.into_iter();
         let fluxes = self.flux_surfaces().into_iter().map(|surface| {
-            let is_given = self.is_flux_given(surface);
+            let region = Region::Part(surface);
+            let (own, is_given) = (self.elements(&region), self.is_flux_given(surface));
             let (walks, irradiance) = match is_given {
                 true => (0, None),
                 false => walked_fluxes.next().unwrap_or((0, None)),
             };
+            let name = self.flux_names().get(surface);
             Flux {
-                name: self.name(surface).to_owned(),
+                name: name.cloned().unwrap_or_default(),
                 walks,
                 net_flux: if is_given {
-                    self.given_flux(surface).map(|estimate| Estimate {
-                        estimate,
+                    Some(Estimate {
+                        estimate: own.iter().map(|own| own.size * own.optics.emission).sum(),
                         std_error: Some(0.0),
                         std_dev: Some(0.0),
                     })
                 } else {
                     // The flux of its length or area.
-                    let size = self.size(surface);
-                    size.and_then(|size| self.net_flux(&Region::Part(surface), irradiance, size))
+                    self.net_flux(&region, irradiance, own.iter().map(|own| own.size).sum())
                 },
                 is_given,
             }
         });
         let fluxes = fluxes.collect();
         Derived { heat, fluxes }
+    }
+
+    /// Irradiances, and net fluxes of bands of heat, from the statistics of u in several channels.
+    fn derived_in(&self, colours: &Colours, goals: &[Goal], statistics: &[Statistics]) -> Derived {
+        let materials = |region: &Region| match region {
+            Region::Facing { .. } => Some(vec![Optics::ARRIVES; colours.names.channels()]),
+            Region::Whole if self.is_closed() => {
+                Some(vec![Optics::ARRIVES; colours.names.channels()])
+            }
+            region => {
+                let own = self.elements(region).into_iter();
+                let parts = own.map(|own| colours.of_part(own.surface, own.part));
+                let optics = |&one: &Material| Optics::from(one);
+                Some(common(parts)??.iter().map(optics).collect())
+            }
+        };
+        colours.names.derived(goals, statistics, &materials)
     }
 
     /// What follows from u of a region and from its irradiance, which follows from u where it is not given.
@@ -253,7 +314,10 @@ pub trait RadiativeExchange {
         }
         let hidden = match q == 0.0 {
             true => 0.0,
-            false => q * (1.0 / self.emissivity(region)? - 1.0),
+            false => {
+                let own = self.elements(region);
+                q * (1.0 / common(own.iter().map(|own| own.emissivity))?? - 1.0)
+            }
         };
         self.temperature(Estimate {
             estimate: u.estimate + hidden,

@@ -2,9 +2,11 @@
 
 mod about;
 pub mod channels;
+mod colours;
 pub mod cost;
 mod derived;
 pub mod device;
+pub mod drawn;
 mod error;
 mod examined;
 pub mod finite;
@@ -21,18 +23,17 @@ mod question;
 pub mod resolvent;
 mod saved;
 mod settings;
-pub mod singular;
-pub mod spikes;
 mod spot;
 mod written;
 
-pub use about::About;
+pub use about::{About, WholeValues};
 pub use derived::{Derived, Flux, Heat};
 pub use error::{EquationError, Error, MOST_SECONDS, Subject};
 pub use examined::{Examined, in_parallel};
 pub use global::{
-    CellNodes, First, GlobalField, GlobalQuantity, GlobalRequest, GlobalSystem, IMAGE_HEAD,
-    MeanRule, MeshCell, WithGlobalJob, known_first, only_points, only_u, refined_mean, v_of_walks,
+    CellNodes, First, GLOBAL_REPLICATES, GlobalField, GlobalQuantity, GlobalRequest, GlobalSystem,
+    IMAGE_HEAD, MeanRule, MeshCell, WithGlobalJob, known_first, only_points, only_u, refined_mean,
+    v_of_walks,
 };
 pub use goal::{Ask, Field, Goal, Region, Target, WeightFn, goals};
 pub use last_step::LastSteps;
@@ -43,4 +44,4 @@ pub use model::{
 pub use options::{Choice, Choices, Method, Pairs, Scalar, Sequence};
 pub use saved::{SavedSystem, SystemOf};
 pub use settings::{Discretisation, Settings, WalkOptions};
-pub use spot::{BLANK, Beside, Spot};
+pub use spot::{BLANK, Beside, Spot, SpotWalks, WriteSpot, picture_is_biased, spots};

@@ -9,7 +9,7 @@ use serde::Serialize;
 use crate::examined::Examined;
 use crate::heat::RadiativeExchange;
 use crate::last_step::LastSteps;
-use crate::question::{ResolventAnswer, ResolventQuestion};
+use crate::question::{ResolventFound, ResolventQuestion};
 
 use crate::cost::{Cost, PointwisePairs};
 use crate::{
@@ -141,27 +141,6 @@ pub trait Model: Send + Sync {
         Region::Whole
     }
 
-    /// Whether its solved systems have a [global estimate](System::whole).
-    fn has_whole(&self) -> bool {
-        false
-    }
-
-    /// Whether that has values at points of the space. If not, it has means over the cells and over what consists of them, and is used
-    /// only if it is asked for.
-    fn whole_has_points(&self) -> bool {
-        true
-    }
-
-    /// The largest degree of a [lift](System::lift); 0: it has none.
-    fn most_lift(&self) -> usize {
-        0
-    }
-
-    /// Whether its walks may draw from a [sequence](crate::Sequence).
-    fn has_sequences(&self) -> bool {
-        false
-    }
-
     /// Whether the last step of its walks may lead to the light.
     fn last_steps(&self) -> LastSteps {
         LastSteps::Never
@@ -171,7 +150,7 @@ pub trait Model: Send + Sync {
     ///
     /// # Errors
     /// [`Error`]; [`Error::Option`]: the equation is not given by kernel and source.
-    fn by_resolvent(&self, question: &ResolventQuestion<'_>) -> Result<ResolventAnswer, Error> {
+    fn by_resolvent(&self, question: &ResolventQuestion<'_>) -> Result<ResolventFound<'_>, Error> {
         let _ = question;
         Err(Error::Option {
             subject: crate::Subject::Problem,
@@ -281,6 +260,11 @@ pub trait Model: Send + Sync {
     /// The exponent r where nothing but the degree limits it.
     fn smooth_order(&self, degree: usize) -> f64 {
         (degree + 1) as f64 / self.about().dimension.unwrap_or(1) as f64
+    }
+
+    /// What was wrong with the functions of the equation, if that caused this error of a run that has just ended.
+    fn explain(&self, error: Error) -> Error {
+        error
     }
 
     /// Deterministic solutions to compare with, if there are some.
@@ -462,7 +446,7 @@ pub trait System: Send + Sync {
     /// all pairs are pointwise.
     ///
     /// # Errors
-    /// [`Error::Internal`]: the kind has none ([`Model::most_lift`]); [`Error`].
+    /// [`Error::Internal`]: the kind has none ([`About::most_lift`](crate::About::most_lift)); [`Error`].
     fn lift<'s>(self: Box<Self>, degree: usize) -> Result<Box<dyn System + 's>, Error>
     where
         Self: 's,
@@ -472,7 +456,7 @@ pub trait System: Send + Sync {
     }
 
     /// The system as one that has its global estimate from one set of walks. A kind whose chain preserves no density that
-    /// is known, or whose T_K nobody has written, has none: [`Model::has_whole`].
+    /// is known, or whose T_K nobody has written, has none: [`About::whole`](crate::About::whole).
     ///
     /// # Errors
     /// [`Error::Internal`]: it has none.

@@ -166,7 +166,7 @@ impl Choices for Pairs {
         Choice {
             value: Self::Default,
             word: "default",
-            help: "All pairs in S, but for a kernel with a kink at x = y (cube with `kernel_integral`) the diagonal pointwise; \
+            help: "All pairs in S, but of equations with exact integrals over cells the diagonal pointwise; \
                    circle: all pointwise; room: rays",
         },
         Choice {

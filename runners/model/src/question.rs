@@ -4,8 +4,9 @@ use core::fmt;
 
 use fredholm_core::StopReason;
 use fredholm_rayon::Observer;
+use serde::{Deserialize, Serialize};
 
-use crate::{Goal, Settings};
+use crate::{Error, GlobalField, Goal, Prepared, Settings};
 
 /// What resolvent walks are asked for.
 #[derive(Clone, Copy)]
@@ -16,9 +17,15 @@ pub struct ResolventQuestion<'a> {
     pub settings: &'a Settings,
     /// Whether nothing is walked: cells and degree are chosen, and the points that they take are predicted.
     pub is_prediction: bool,
+    /// Who runs the walks, if it is not this process alone: then every batch is a sample of its own, and no estimates are answered.
+    pub run: Option<&'a RunReplicates<'a>>,
     /// Who sees what the solution is at, and may cancel it.
     pub watch: &'a dyn Observer,
 }
+
+/// Runs walks with these settings, in which nothing is open, of a chosen setting.
+pub type RunReplicates<'a> =
+    dyn Fn(&Prepared<'_>, &Settings, &ResolventAnswer) -> Result<(), Error> + Sync + 'a;
 
 impl fmt::Debug for ResolventQuestion<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -44,23 +51,40 @@ pub struct ResolventEstimate {
     pub points: u64,
 }
 
+/// What is known of a solved equation before any walk.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ResolventFigures {
+    /// The unknowns, N.
+    pub unknowns: usize,
+    /// The spectral radius of (1 + |R_n|)|K − K_n| by which walks go on.
+    pub radius: f64,
+    /// About how large that is for what walks leave at the first point: less, if they go on by a coarse resolvent.
+    pub first_radius: f64,
+    /// The condition number of I − K' in the maximum norm.
+    pub condition: f64,
+    /// The part of a value that rounding leaves unknown, by the condition number, the scalar, and √N.
+    pub rounding: f64,
+}
+
+impl ResolventFigures {
+    /// The error that rounding leaves of a value, which more points do not lower.
+    #[must_use]
+    pub fn floor(&self, value: f64) -> f64 {
+        self.rounding * value.abs()
+    }
+}
+
 /// Answer of resolvent walks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ResolventAnswer {
-    /// The estimate of every goal.
+    /// The estimate of every goal; of many values of one function those of some.
     pub estimates: Vec<ResolventEstimate>,
     /// Cells as they are asked for.
     pub cells: usize,
     /// The degree of the polynomials on a cell.
     pub degree: usize,
-    /// The unknowns.
-    pub unknowns: usize,
-    /// The spectral radius of (1 + |R_n|)|K − K_n|.
-    pub radius: f64,
-    /// The condition number of I − K' in the maximum norm.
-    pub condition: f64,
-    /// The part of a value that rounding leaves unknown, by the condition number and the scalar.
-    pub rounding: f64,
+    /// What was known before any walk.
+    pub figures: ResolventFigures,
     /// The number of all points.
     pub points: u64,
     /// The number of all steps beyond the first.
@@ -75,10 +99,31 @@ pub struct ResolventAnswer {
     pub walk_seconds: f64,
 }
 
-impl ResolventAnswer {
-    /// The error that rounding leaves of a value, which more points do not lower.
-    #[must_use]
-    pub fn floor(&self, value: f64) -> f64 {
-        self.rounding * value.abs()
+/// What resolvent walks have found.
+#[derive(Debug)]
+pub struct ResolventFound<'a> {
+    /// Their answer.
+    pub answer: ResolventAnswer,
+    /// The function of which the goals are values, if they are told by the points that all of them share.
+    pub field: Option<FoundField<'a>>,
+}
+
+/// Function that resolvent walks have found.
+pub struct FoundField<'a> {
+    /// The function.
+    pub field: Box<dyn GlobalField + 'a>,
+    /// The images of the goals, as [`GlobalField::images`] has them.
+    pub images: Vec<f64>,
+    /// The degree of the polynomials on which points score.
+    pub score_degree: usize,
+    /// Seconds of the images.
+    pub seconds: f64,
+}
+
+impl fmt::Debug for FoundField<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("FoundField")
+            .field("score_degree", &self.score_degree)
+            .finish_non_exhaustive()
     }
 }

@@ -30,18 +30,15 @@ pub struct SavedSystem<'a> {
     pub solution: Cow<'a, Solution>,
     /// The coefficients K', as the kind of model keeps them; empty where they are closed forms.
     pub coefficients: Cow<'a, [f64]>,
-    /// One byte for every pair of cells: what they see of each other in a room; empty for others.
-    pub views: Cow<'a, [u8]>,
 }
 
 impl<'a> SavedSystem<'a> {
-    /// The numbers of a system whose cells do not see each other more or less.
+    /// The numbers of a system.
     #[must_use]
     pub const fn new(solution: &'a Solution, coefficients: &'a [f64]) -> Self {
         Self {
             solution: Cow::Borrowed(solution),
             coefficients: Cow::Borrowed(coefficients),
-            views: Cow::Borrowed(&[]),
         }
     }
 
@@ -51,28 +48,18 @@ impl<'a> SavedSystem<'a> {
         SavedSystem {
             solution: Cow::Owned(self.solution.into_owned()),
             coefficients: Cow::Owned(self.coefficients.into_owned()),
-            views: Cow::Owned(self.views.into_owned()),
         }
     }
 
-    /// The Galerkin solution, if the numbers are those of so many unknowns, with this number of coefficients and views.
+    /// The Galerkin solution, if the numbers are those of so many unknowns, with this number of coefficients.
     ///
     /// # Errors
     /// [`Error::Kept`]: they are of other cells, or no finite numbers.
-    pub fn fitting(
-        &self,
-        unknowns: usize,
-        coefficients: Option<usize>,
-        views: Option<usize>,
-    ) -> Result<Solution, Error> {
-        let lengths = [
-            self.solution.v.len(),
-            self.coefficients.len(),
-            self.views.len(),
-        ];
+    pub fn fitting(&self, unknowns: usize, coefficients: Option<usize>) -> Result<Solution, Error> {
+        let lengths = [self.solution.v.len(), self.coefficients.len()];
         let is_finite = |numbers: &[f64]| numbers.iter().all(|x| x.is_finite());
         let bound = self.solution.radius_bound;
-        let fits = [Some(unknowns), coefficients, views] == lengths.map(Some)
+        let fits = [Some(unknowns), coefficients] == lengths.map(Some)
             && is_finite(&self.solution.v)
             && is_finite(&self.coefficients)
             // As for every solution: `Solution::new` refuses the others.

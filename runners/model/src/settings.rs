@@ -5,11 +5,14 @@ use core::time::Duration;
 use fredholm_core::{Absorption, Estimator, Form, Tolerance};
 use serde::{Deserialize, Serialize};
 
+use crate::question::ResolventAnswer;
 use crate::written::{choice, open_choice, tolerance};
 use crate::{Choices as _, Error, Method, Pairs, Scalar, Sequence, Subject};
 
 /// Replicates of a sequence: a standard error of 32 is itself uncertain by 13 %, and Student's quantile of 95 % is 2.04.
 const REPLICATES: u64 = 32;
+/// The fewest points of a replicate of resolvent walks that are chosen: its set-up takes as long as some.
+const LEAST_REPLICATE: u64 = 256;
 /// The most walks of a replicate: batches are what is waited for when somebody cancels.
 const LONGEST: u64 = 1 << 24;
 
@@ -165,18 +168,47 @@ impl Settings {
     }
 
     /// Walks of a batch: with pseudo-random numbers [`BATCH`](Self::BATCH) unless it is given. Batches that are replicates of a
-    /// sequence have the largest power of 2 of which 32 are not more than all walks, as longer ones gain more; with a
+    /// sequence, or of resolvent walks, have the largest power of 2 of which 32 are not more than all walks, as longer ones gain more; with a
     /// tolerance, which fewer walks may reach, no more than `BATCH`.
     #[must_use]
     pub fn batch(&self) -> u64 {
-        self.batch.unwrap_or_else(|| match self.sequence {
-            None | Some(Sequence::Random) => Self::BATCH,
-            Some(Sequence::Sobol) => {
+        let is_random = self.sequence != Some(Sequence::Sobol);
+        let is_random = is_random && self.method != Some(Method::Resolvent);
+        self.batch.unwrap_or_else(|| match is_random {
+            true => Self::BATCH,
+            false => {
                 let share = (self.walks.unwrap_or(Self::WALKS) / REPLICATES).max(1);
                 let longest = self.tolerance.map_or(LONGEST, |_| Self::BATCH);
                 (1 << share.ilog2()).min(longest)
             }
         })
+    }
+
+    /// The settings of resolvent walks whose batches are samples of their own, with what was chosen. Batches are shorter than nets of one process,
+    /// and gain less: more of them are walked than are predicted, if an error is asked for.
+    #[must_use]
+    pub(crate) fn divided(&self, chosen: &ResolventAnswer) -> Self {
+        let predicted = chosen.points.max(REPLICATES * LEAST_REPLICATE);
+        let walks = self.walks.unwrap_or(match self.tolerance {
+            Some(_) => predicted.saturating_mul(REPLICATES),
+            None => Self::WALKS,
+        });
+        let own = Self {
+            method: Some(Method::Resolvent),
+            cells: Some(chosen.cells),
+            degree: Some(chosen.degree),
+            walks: Some(walks),
+            ..self.clone()
+        };
+        let of_error = Self {
+            walks: Some(predicted.min(walks)),
+            tolerance: None,
+            ..own.clone()
+        };
+        Self {
+            batch: Some(of_error.batch()),
+            ..own
+        }
     }
 
     /// The name of a setting that is given and that walks of the equation's chain have alone, if there is one: resolvent walks know nothing
@@ -187,7 +219,6 @@ impl Settings {
             ("pairs", self.pairs.is_some()),
             ("lift", self.lift.is_some()),
             ("score_degree", self.score_degree.is_some()),
-            ("global", self.global.is_some()),
             ("points", self.points.is_some()),
             ("absorption", self.absorption.is_some()),
             ("estimator", self.estimator.is_some()),
@@ -196,7 +227,7 @@ impl Settings {
             ("forced_steps", self.forced_steps.is_some()),
             ("last_step", self.last_step.is_some()),
             ("adjoint", self.adjoint.is_some()),
-            ("batch", self.batch.is_some()),
+            ("scalar", self.scalar == Scalar::F32),
             ("allow_infinite_variance", self.allow_infinite_variance),
         ];
         all.into_iter()

@@ -21,7 +21,7 @@ use crate::output::Output;
 const MAKE: &str = "--save-system";
 
 const KIND: Kind = Kind {
-    magic: b"fredholm system 2      \n",
+    magic: b"fredholm system 3      \n",
     named: 16,
     name: "solved system",
     help: "remove it, and make it again with `--save-system`",
@@ -36,8 +36,8 @@ struct Head {
     sweeps: u32,
     residual: f64,
     radius_bound: f64,
-    /// The lengths of v, of the coefficients and of the views.
-    lengths: [usize; 3],
+    /// The lengths of v and of the coefficients.
+    lengths: [usize; 2],
 }
 
 /// A solved system, and what it is of.
@@ -61,13 +61,12 @@ impl<'a> SystemContent<'a> {
 
     /// The system of a head and the numbers behind it.
     fn of_parts(path: &Path, head: Head, body: &'a [u8]) -> Result<Self, FileError> {
-        let [v, coefficients, views] = head.lengths;
+        let [v, coefficients] = head.lengths;
         let tables = v.checked_mul(8).and_then(|length| {
             let (v, rest) = body.split_at_checked(length)?;
-            let (coefficients, rest) = rest.split_at_checked(coefficients.checked_mul(8)?)?;
-            (rest.len() == views).then_some([v, coefficients, rest])
+            (Some(rest.len()) == coefficients.checked_mul(8)).then_some([v, rest])
         });
-        let [v, coefficients, views] = tables.ok_or_else(|| {
+        let [v, coefficients] = tables.ok_or_else(|| {
             FileError::refused(path, "its lengths contradict each other: make it again")
         })?;
         let solution = Solution {
@@ -83,7 +82,6 @@ impl<'a> SystemContent<'a> {
             saved: SavedSystem {
                 solution: Cow::Owned(solution),
                 coefficients: numbers(coefficients),
-                views: Cow::Borrowed(views),
             },
         })
     }
@@ -96,16 +94,15 @@ impl<'a> SystemContent<'a> {
         let SavedSystem {
             solution,
             coefficients,
-            views,
         } = &self.saved;
         let head = Head {
             of: self.of.clone(),
             sweeps: solution.convergence.sweeps,
             residual: solution.convergence.residual,
             radius_bound: solution.radius_bound,
-            lengths: [solution.v.len(), coefficients.len(), views.len()],
+            lengths: [solution.v.len(), coefficients.len()],
         };
-        let body: [&[u8]; 3] = [&bytes_of(&solution.v), &bytes_of(coefficients), views];
+        let body: [&[u8]; 2] = [&bytes_of(&solution.v), &bytes_of(coefficients)];
         KIND.write(&head, &body, to)
     }
 }

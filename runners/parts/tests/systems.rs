@@ -86,13 +86,12 @@ fn numbers_that_do_not_fit_the_cells_are_refused() {
     let folder = TempDir::new().unwrap();
     let path = made(&folder);
     let bytes = fs::read(&path).unwrap();
-    let changes: [fn(&mut SystemContent<'_>); 6] = [
+    let changes: [fn(&mut SystemContent<'_>); 5] = [
         |content| content.saved.solution.to_mut().v.push(0.0),
         |content| content.saved.solution.to_mut().v[1] = f64::NAN,
         |content| content.saved.solution.to_mut().radius_bound = 1.0,
         |content| content.saved.coefficients.to_mut().truncate(3),
         |content| content.saved.coefficients.to_mut()[2] = f64::INFINITY,
-        |content| content.saved.views.to_mut().push(0),
     ];
     for change in changes {
         let mut content = SystemContent::read(&path, &bytes).unwrap();

@@ -10,6 +10,7 @@ use std::sync::Arc;
 
 use fredholm::cost::{Cost, PointwisePairs};
 use fredholm::model::{About, Examined, Prepared, Request, Then};
+use fredholm::resolvent::{ResolventFound, ResolventQuestion};
 use fredholm::{
     CubeModel, Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, System, WalkOptions,
 };
@@ -257,6 +258,17 @@ impl Model for BlockModel {
 
     fn check_goals(&self, goals: &[Goal]) -> Result<(), Error> {
         self.model.check_goals(goals)
+    }
+
+    /// On one thread: rounds follow from the values of those before.
+    fn by_resolvent(&self, question: &ResolventQuestion<'_>) -> Result<ResolventFound<'_>, Error> {
+        let blocks = &self.blocks;
+        let answer = || self.model.by_resolvent(question);
+        blocks.alone.install(|| blocks.gather(answer))
+    }
+
+    fn explain(&self, error: Error) -> Error {
+        self.model.explain(error)
     }
 
     fn grid(&self, points: usize, part: Option<usize>) -> Vec<Region> {

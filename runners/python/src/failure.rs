@@ -24,9 +24,7 @@ pub(crate) fn of_input(py: Python<'_>, error: &InputError) -> PyErr {
 /// The class of an error.
 const fn class(error: &Error) -> &'static str {
     match error {
-        Error::InfiniteVariance { .. } | Error::InfiniteNeighbour { .. } | Error::NoMean => {
-            "InfiniteVarianceError"
-        }
+        Error::InfiniteVariance { .. } | Error::NoMean => "InfiniteVarianceError",
         Error::Galerkin(_) => "ConvergenceError",
         Error::Memory { .. } => "TooLargeError",
         Error::TooLong { .. } | Error::TooMuch { .. } => "TooLongError",

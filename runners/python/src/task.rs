@@ -7,6 +7,7 @@ use fredholm::model::Model;
 use fredholm::report::Report;
 use fredholm::{Ask, Region, Settings, SolveError, Solver, Target, WeightFn};
 use fredholm_factors::{Factors, FactorsError, Sights};
+use fredholm_file::kinds::{Cube, Room};
 use fredholm_file::{ProblemFile, Resolved};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -305,7 +306,7 @@ impl Task {
     fn factors(&self, options: &Bound<'_, PyDict>) -> PyResult<(Vec<String>, Vec<f64>)> {
         let py = options.py();
         let opened = self.open(options, &Arc::default())?;
-        let Some(room) = opened.file.problem.as_room() else {
+        let Some(room) = opened.file.problem.of::<Room>() else {
             let message = "form factors are those of rooms and scenes".to_owned();
             return Err(exception(py, "InputError", message));
         };
@@ -452,10 +453,8 @@ fn model_of(
     caller: &Arc<Caller>,
     file: &ProblemFile,
 ) -> PyResult<Box<dyn Model>> {
-    let domain = file.problem.as_cube().and_then(|cube| cube.domain.as_ref());
-    let domain: Vec<[f64; 2]> = domain.map_or(Vec::new(), |domain| {
-        domain.value.iter().map(|interval| interval.value).collect()
-    });
+    let cube = file.problem.of::<Cube>();
+    let domain = cube.map_or(Vec::new(), |cube| cube.space.ends());
     if in_blocks {
         let blocks = Blocks::new(Arc::clone(caller), domain).map_err(|error| {
             exception(
@@ -466,7 +465,8 @@ fn model_of(
         })?;
         return Ok(Box::new(BlockModel::new(blocks)));
     }
-    let model = caller.model();
+    let edges = cube.map_or(Vec::new(), |cube| cube.space.edges());
+    let model = caller.model().with_edges(edges);
     Ok(Box::new(if domain.is_empty() {
         model
     } else {

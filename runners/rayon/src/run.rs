@@ -78,7 +78,10 @@ pub struct Outcome {
 
 impl Outcome {
     /// No walks yet of any goal.
-    fn of(job: &dyn Job) -> Result<Self, RunError> {
+    ///
+    /// # Errors
+    /// [`RunError::NoGoal`].
+    pub fn of(job: &dyn Job) -> Result<Self, RunError> {
         if job.goals() == 0 {
             return Err(RunError::NoGoal);
         }

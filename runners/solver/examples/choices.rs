@@ -2,8 +2,8 @@
 //! walks for all targets: seconds of one thread.
 //!
 //! ```text
-//! RAYON_NUM_THREADS=1 cargo run --profile dist -p fredholm --example choices
-//! RAYON_NUM_THREADS=1 cargo run --profile dist -p fredholm --example choices -- room
+//! RAYON_NUM_THREADS=1 cargo run --profile dist -p fredholm --features measure --example choices
+//! RAYON_NUM_THREADS=1 cargo run --profile dist -p fredholm --features measure --example choices -- room
 //! ```
 //!
 //! With a word: of equations whose names have it.
@@ -30,10 +30,10 @@ fn time<R>(work: impl FnOnce() -> R) -> (f64, R) {
 /// What a run used of a lift, a sequence and one set of walks.
 fn used(report: &Report) -> String {
     let mut words = Vec::new();
-    if report.lift.is_some() {
+    if report.chain.is_some_and(|chain| chain.lift.is_some()) {
         words.push("lift");
     }
-    if report.sequence.is_some() {
+    if report.chain.is_some_and(|chain| chain.sequence.is_some()) {
         words.push("sequence");
     }
     if report.whole.is_some() {
@@ -66,7 +66,7 @@ fn rows(name: &str, model: &dyn Model, errors: [f64; 3]) {
         });
         for error in errors {
             let without = solver.clone().together(false).sequence(Sequence::Random);
-            let without = match model.most_lift() {
+            let without = match model.about().most_lift {
                 0 => without,
                 _ => without.lift(0),
             };

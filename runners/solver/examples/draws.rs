@@ -1,7 +1,7 @@
 //! Prints standard errors and processor seconds of one thread with and without a Sobol' sequence and a lift, on Linux.
 //!
 //! ```text
-//! RAYON_NUM_THREADS=1 cargo run --profile dist -p fredholm --example draws
+//! RAYON_NUM_THREADS=1 cargo run --profile dist -p fredholm --features measure --example draws
 //! ```
 
 mod common;
@@ -30,7 +30,7 @@ fn drawn<'m>(solver: &Solver<'m>) -> Solver<'m> {
 
 fn rows(name: &str, model: &dyn Model, point: Region, cells: usize, degree: usize) {
     let plain = Solver::new(model).cells(cells).degree(degree).walks(WALKS);
-    let lifted = plain.clone().lift(model.most_lift());
+    let lifted = plain.clone().lift(model.about().most_lift);
     let all = [
         ("as it is", plain.clone()),
         ("sequence", drawn(&plain)),

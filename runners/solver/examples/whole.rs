@@ -2,9 +2,9 @@
 //! band: processor time of one thread, on Linux.
 //!
 //! ```text
-//! RAYON_NUM_THREADS=1 cargo run --profile dist -p fredholm --example whole
-//! RAYON_NUM_THREADS=1 cargo run --profile dist -p fredholm --example whole -- circle
-//! RAYON_NUM_THREADS=1 cargo run --profile dist -p fredholm --example whole -- images
+//! RAYON_NUM_THREADS=1 cargo run --profile dist -p fredholm --features measure --example whole
+//! RAYON_NUM_THREADS=1 cargo run --profile dist -p fredholm --features measure --example whole -- circle
+//! RAYON_NUM_THREADS=1 cargo run --profile dist -p fredholm --features measure --example whole -- images
 //! ```
 //!
 //! With a word: of equations whose names have it. `images` compares scores on polynomials with scores on K(x, ·) of every x.

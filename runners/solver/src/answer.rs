@@ -4,7 +4,7 @@ use core::fmt::{self, Display};
 use std::time::Instant;
 
 use fredholm_core::galerkin::Convergence;
-use fredholm_core::{RunOptions, Statistics, StopReason, Tolerance};
+use fredholm_core::{Job, RunOptions, Statistics, StopReason, Tolerance};
 use fredholm_rayon::{Observer, Outcome, Tail, run};
 
 use crate::chosen::ChoiceReport;
@@ -12,6 +12,7 @@ use crate::execute::{Execution, SetUp, Walking};
 use crate::{Error, Goal, Model, Partitioned, Scalar, Settings, System, WalkOptions};
 use fredholm_model::cost::PointwisePairs;
 use fredholm_model::numbers::short;
+use fredholm_model::resolvent::ResolventFigures;
 use fredholm_model::{Derived, Prepared, Request, Then};
 
 /// An observer of a solution: it is told of the choice, of stages of walks and of sites, and may cancel.
@@ -184,6 +185,8 @@ pub struct Answer {
     pub neighbour_second_moment_radius: Option<f64>,
     /// The heat results that follow from the statistics.
     pub derived: Derived,
+    /// What was known before any walk, if these are resolvent walks.
+    pub resolvent: Option<ResolventFigures>,
 }
 
 /// A solved system, and how long it took.
@@ -309,18 +312,31 @@ impl Walks<'_> {
         prepared: &Prepared<'_>,
         setup_seconds: f64,
     ) -> Result<Answer, Error> {
+        let set_up = SetUp::new(prepared, setup_seconds);
+        self.run_as(request, watch, prepared.job, &set_up)
+    }
+
+    /// Runs a job whose set-up is known.
+    pub(crate) fn run_as(
+        &self,
+        request: &Request<'_>,
+        watch: &dyn SolveObserver,
+        job: &dyn Job,
+        set_up: &SetUp,
+    ) -> Result<Answer, Error> {
         let walk = request.walk;
         watch.walking();
         let start = Instant::now();
-        let set_up = SetUp::new(prepared, setup_seconds);
         let floor = |statistics: &Statistics| set_up.floor(self.scalar, statistics);
         let watched = Watched {
             watch,
             floor: &floor,
         };
         let (outcome, tolerance) = match &self.execution {
+            // What is known without any.
+            _ if walk.walks == 0 => (Outcome::of(job)?, None),
             None => {
-                let outcome = run(prepared.job, &options(walk), walk.time_limit, &watched)?;
+                let outcome = run(job, &options(walk), walk.time_limit, &watched)?;
                 (outcome, walk.tolerance)
             }
             Some(execution) => {
@@ -329,8 +345,8 @@ impl Walks<'_> {
                     plain: execution.plain,
                     cells: execution.cells,
                     choice: execution.choice,
-                    set_up: &set_up,
-                    job: prepared.job,
+                    set_up,
+                    job,
                     options: options(walk),
                     time_limit: walk.time_limit,
                 };
@@ -345,7 +361,7 @@ impl Walks<'_> {
             scalar: self.scalar,
             tolerance,
         };
-        Ok(Answer::new(&of, &set_up, outcome, walk_seconds))
+        Ok(Answer::new(&of, set_up, outcome, walk_seconds))
     }
 }
 
@@ -405,6 +421,7 @@ impl Answer {
             pointwise: set_up.pointwise,
             neighbour_second_moment_radius: set_up.neighbour_second_moment_radius,
             derived,
+            resolvent: set_up.resolvent,
         }
     }
 }

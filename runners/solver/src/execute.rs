@@ -6,6 +6,7 @@ use core::time::Duration;
 use fredholm_core::galerkin::Convergence;
 use fredholm_core::{Job, RunOptions, Statistics, Tolerance, rounding_floor};
 use fredholm_model::cost::PointwisePairs;
+use fredholm_model::resolvent::ResolventFigures;
 use fredholm_model::{Prepared, in_scalar};
 use fredholm_rayon::{Observer, Outcome, Runner};
 use serde::{Deserialize, Deserializer, Serialize};
@@ -39,6 +40,9 @@ pub struct SetUp {
     pub pointwise: PointwisePairs,
     /// The spectral radius of T_h²p, or a bound of it, if it was looked at.
     pub neighbour_second_moment_radius: Option<f64>,
+    /// What was known before any walk, if these are resolvent walks.
+    #[serde(default)]
+    pub resolvent: Option<ResolventFigures>,
     /// Seconds of the set-up.
     pub seconds: f64,
 }
@@ -67,6 +71,7 @@ impl SetUp {
             residual: prepared.convergence.residual,
             pointwise: prepared.pointwise,
             neighbour_second_moment_radius: prepared.neighbour_second_moment_radius,
+            resolvent: None,
             seconds,
         }
     }
@@ -83,6 +88,9 @@ impl SetUp {
     #[must_use]
     pub fn floor(&self, scalar: Scalar, statistics: &Statistics) -> f64 {
         let u = statistics.preconditioned().estimate;
+        if let Some(figures) = self.resolvent {
+            return figures.floor(u);
+        }
         // Plain walks have no table: every step of theirs rounds once.
         let length = statistics.states() as f64 / statistics.walks().max(1) as f64;
         let radius_bound = match self.radius_bound {

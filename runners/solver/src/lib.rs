@@ -9,6 +9,7 @@ pub mod choice;
 mod chosen;
 mod custom;
 pub mod diagnosis;
+mod domain;
 pub mod execute;
 mod kinds;
 #[cfg(doctest)]
@@ -24,24 +25,23 @@ mod whole;
 pub mod model {
     pub use fredholm_model::{
         About, Derived, Examined, Flux, GlobalField, GlobalRequest, GlobalSystem, Heat, LastSteps,
-        Model, Partitioned, Prepared, Request, System, Then, WithGlobalJob,
+        Model, Partitioned, Prepared, Request, System, Then, WholeValues, WithGlobalJob,
     };
 }
 
 pub use fredholm_model::{channels, cost, heat, memory, numbers, resolvent};
 
-pub use fredholm_cube_model as cube;
 pub use fredholm_room_model as room;
 pub use fredholm_scene_model as scene;
 
-pub use kinds::{circle, sphere};
+pub use kinds::{circle, cube, sphere};
 
 pub use answer::SolveObserver;
 pub use circle::CircleModel;
 pub use cube::CubeModel;
-pub use custom::{CustomEquation, CustomModel};
+pub use custom::{CustomEquation, CustomModel, Uniformly};
 pub use execute::Execute;
-pub use fredholm_core::{Absorption, Estimator, Form, Tolerance};
+pub use fredholm_core::{Absorption, Estimator, Form, StopReason, Tolerance};
 pub use fredholm_model::{
     Ask, Choice, Choices, Discretisation, EquationError, Error, Goal, MeshCell, Method, Model,
     Pairs, Partitioned, Region, Scalar, Sequence, Settings, Subject, System, Target, WalkOptions,
@@ -55,3 +55,6 @@ pub use scene::SceneModel;
 pub use solver::{SolveError, Solver, asked_way_back};
 pub use sphere::SphereModel;
 pub use whole::{GlobalCoefficients, GlobalEstimate, GlobalSummary, GlobalValue};
+
+pub use kinds::system;
+pub use kinds::system::SystemModel;

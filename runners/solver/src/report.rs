@@ -1,25 +1,28 @@
 //! The report of a run: its data, which serialises with stable names, and its text for people.
 
+mod chain;
 mod columns;
 mod csv;
 mod energy;
 mod mesh;
 mod resolvent;
 mod text;
+mod value;
 mod whole;
 
+pub use chain::ChainReport;
 pub use columns::{Column, Columns};
 pub use resolvent::ResolventReport;
 pub use whole::{GlobalGoalReport, GlobalReport};
 
 use fredholm_core::{DEFAULT_GENERATOR, Estimate, Statistics, StopReason};
 use fredholm_rayon::Tail;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use crate::answer::Answer;
 use crate::choice::ChoiceReport;
 use crate::execute::CellCount;
-use crate::{Choices, Goal, Method, Model, Pairs, Region, Settings};
+use crate::{Choices, Goal, Method, Model, Region, Settings};
 use fredholm_model::numbers::with_decimals;
 
 /// The relative standard error of an error bar from which on a report says so: Student's t of 1/(2·UNCERTAIN²) = 8 degrees
@@ -31,11 +34,11 @@ const FEW_SCORES: u64 = 64;
 /// The report of a run. The serialised names are stable; fields may be added.
 ///
 /// ```
-/// use fredholm::{CubeModel, Solver};
+/// use fredholm::{CubeModel, Solver, StopReason};
 ///
 /// let u = CubeModel::from_fn::<1>(|x, y| 0.5 * x[0] * y[0], |x| x[0]);
 /// let report = Solver::new(&u).mean().cells(4).walks(5000).solve()?;
-/// assert_eq!((report.cells, report.stop), (4, "done"));
+/// assert_eq!((report.cells, report.stop), (4, StopReason::Done));
 /// assert!(report.goals[0].walks <= 5000);
 /// assert!(report.to_string().contains("resolvent walks"));
 /// # Ok::<(), fredholm::SolveError>(())
@@ -55,33 +58,13 @@ pub struct Report {
     pub unknowns: usize,
     /// The degree of the polynomials on the cells.
     pub degree: usize,
-    /// The degree of the lift, if there is one.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub lift: Option<usize>,
-    /// The name of the choice of pairs; "no" for plain walks.
-    pub pairs: &'static str,
-    /// q0; null: walks end by roulette.
-    pub absorption: Option<f64>,
-    /// The name of the estimator.
-    pub estimator: &'static str,
-    /// The name of the form of the control variate.
-    pub form: &'static str,
+    /// How walks of a chain were made, if these answer.
+    #[serde(flatten)]
+    pub chain: Option<ChainReport>,
     /// The name of the walks' floating-point type.
     pub scalar: &'static str,
     /// The name of the random number generator.
     pub generator: &'static str,
-    /// The name of the sequence that walks draw from, if they draw no pseudo-random numbers.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub sequence: Option<&'static str>,
-    /// The number of first states in which walks are not absorbed.
-    #[serde(skip_serializing_if = "is_zero")]
-    pub forced_steps: u32,
-    /// Whether the last step of walks leads to the light, where that is asked for or chosen.
-    #[serde(skip_serializing_if = "core::ops::Not::not")]
-    pub last_step: bool,
-    /// Whether walks go from the sources to the receivers.
-    #[serde(skip_serializing_if = "core::ops::Not::not")]
-    pub adjoint: bool,
     /// The number of walks of a batch.
     pub batch: u64,
     /// The seed of the walks.
@@ -89,8 +72,9 @@ pub struct Report {
     /// The part of a run that this is, "3/64", if it is not the whole.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub part: Option<String>,
-    /// The reason why the walks ended: "done", "error_not_reached", "time_limit" or "cancelled".
-    pub stop: &'static str,
+    /// Why the walks ended: in JSON "done", "error_not_reached", "time_limit" or "cancelled".
+    #[serde(serialize_with = "word_of")]
+    pub stop: StopReason,
     /// Why the tolerance was not reached, if it was neither the number of walks, nor a time limit, nor a cancellation.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
@@ -344,6 +328,9 @@ impl Report {
     /// The report of a run and its answer.
     #[must_use]
     pub fn new(run: &Run<'_>, answer: Answer) -> Self {
+        if let Some(figures) = answer.resolvent {
+            return Self::of_replicates(run, &answer, figures);
+        }
         let Run {
             model,
             goals,
@@ -395,25 +382,19 @@ impl Report {
             cells: if plain { 0 } else { cells.cells },
             unknowns: if plain { 0 } else { cells.unknowns },
             degree: settings.discretisation().degree,
-            lift: settings.lifted().filter(|_| !plain),
-            pairs: match settings.lifted() {
-                _ if plain => "no",
-                Some(_) => Pairs::Pointwise.word(),
-                None => walk.pairs.word(),
-            },
-            absorption: walk.absorption.probability(),
-            estimator: walk.absorption.estimator().word(),
-            form: walk.form.word(),
+            chain: Some(ChainReport {
+                adjoint: model.is_adjoint(),
+                ..match plain {
+                    true => ChainReport::plain(&walk),
+                    false => ChainReport::new(&walk, settings.lifted()),
+                }
+            }),
             scalar: settings.scalar.word(),
             generator: DEFAULT_GENERATOR,
-            sequence: walk.sequence_word(),
-            forced_steps: walk.forced_steps,
-            last_step: walk.last_step,
-            adjoint: model.is_adjoint(),
             batch: walk.batch,
             seed: walk.seed,
             part: None,
-            stop: word(answer.outcome.stop),
+            stop: answer.outcome.stop,
             reason: answer.gave_up.map(|why| why.to_string()),
             sweeps: answer.convergence.sweeps,
             residual: answer.convergence.residual,
@@ -436,14 +417,14 @@ impl Report {
     }
 }
 
-/// The name of a reason why walks ended.
-const fn word(stop: StopReason) -> &'static str {
-    match stop {
+/// Writes the name of a reason why walks ended.
+pub(crate) fn word_of<S: Serializer>(stop: &StopReason, to: S) -> Result<S::Ok, S::Error> {
+    to.serialize_str(match stop {
         StopReason::Done => "done",
         StopReason::ToleranceNotReached => "error_not_reached",
         StopReason::TimeLimit => "time_limit",
         StopReason::Cancelled => "cancelled",
-    }
+    })
 }
 
 impl GoalReport {

@@ -14,7 +14,7 @@ use core::time::Duration;
 use fredholm_core::{Estimator, Form, Tolerance};
 
 use crate::answer::{Answer, SolveObserver};
-use crate::choice::{self, ChoiceReport, Chosen, Found};
+use crate::choice::{self, ChoiceReport, Found};
 use crate::diagnosis::{Diagnosis, diagnose};
 use crate::execute::{CellCount, Execute, Execution, OnThreads};
 use crate::point::Point;
@@ -22,6 +22,7 @@ use crate::report::{Report, Run};
 use crate::sweep::{PLAIN_WALKS, Rates, Row, Sweep};
 use crate::systems::{SystemStore, Systems};
 use crate::{Error, Goal, Method, Model, Pairs, Partitioned, Region, Scalar, Settings, WeightFn};
+use fredholm_core::StopReason;
 use fredholm_model::Request;
 use fredholm_model::memory::refuse_beyond_memory;
 use fredholm_model::{Ask, Target, goals};
@@ -222,7 +223,7 @@ impl<'m> Solver<'m> {
         self
     }
 
-    /// Sets the number of walks of each functional; with an error, the most.
+    /// Sets the number of walks of each functional; with an error, the most. 0: there are values without error bars, by cells alone.
     pub fn walks(mut self, walks: u64) -> Self {
         self.settings.walks = Some(walks);
         self
@@ -247,6 +248,13 @@ impl<'m> Solver<'m> {
     /// Sets the seed of all draws; it is 1 otherwise.
     pub fn seed(mut self, seed: u64) -> Self {
         self.settings.seed = seed;
+        self
+    }
+
+    /// Sets the number of walks of a batch, of which several that are resolvent walks are samples of their own: then others may run a part of
+    /// them ([`execute`](Self::execute)).
+    pub fn batch(mut self, walks: u64) -> Self {
+        self.settings.batch = Some(walks);
         self
     }
 
@@ -310,35 +318,50 @@ impl<'m> Solver<'m> {
     /// # Errors
     /// [`SolveError`].
     pub fn solve(&self) -> Result<Report, SolveError> {
-        self.check()?;
-        self.systems.check(&self.settings)?;
-        let targets = self.targets()?;
-        let goals = self.goals(&targets)?;
-        let exact = goals.iter().map(|goal| self.model.exact(&goal.region));
-        let exact = exact.collect::<Result<Vec<_>, Error>>()?;
-        if let Some(back) = asked_way_back(self.model, &self.settings, &goals)? {
-            return self.of_model(&*back).solve();
-        }
-        let refused = match self.by_resolvent(&goals, false)? {
-            ByResolvent::Answered(answer) => {
-                let settings = &self.settings;
-                return self.reported(Report::of_resolvent(
-                    self.model, &goals, &exact, settings, &answer,
-                ));
+        let run = || -> Result<Report, SolveError> {
+            self.check()?;
+            self.systems.check(&self.settings)?;
+            let targets = self.targets()?;
+            let goals = self.goals(&targets)?;
+            let exact = goals.iter().map(|goal| self.model.exact(&goal.region));
+            let exact = exact.collect::<Result<Vec<_>, Error>>()?;
+            if let Some(back) = asked_way_back(self.model, &self.settings, &goals)? {
+                return self.of_model(&*back).solve();
             }
-            ByResolvent::Refused(error) => Some(error),
-            ByResolvent::NotAsked => None,
+            if self.settings.global == Some(true) {
+                let function = self.whole()?;
+                let whole = function.report(&goals)?;
+                return self.reported(Report::of_whole(
+                    (&function, whole),
+                    &goals,
+                    &self.settings,
+                    (None, &self.means),
+                )?);
+            }
+            let refused = match self.by_resolvent(&goals, false)? {
+                ByResolvent::Answered(found) => {
+                    return self.reported(self.report_of_resolvent(&goals, &exact, *found)?);
+                }
+                ByResolvent::Divided(found) => {
+                    let (answer, settings, cells) = *found;
+                    let run = Run {
+                        model: self.model,
+                        goals: &goals,
+                        exact: &exact,
+                        cells: &cells,
+                        settings: &settings,
+                        choice: None,
+                        plain: false,
+                    };
+                    return self.reported(Report::new(&run, answer));
+                }
+                ByResolvent::Refused(error) => Some(error),
+                ByResolvent::NotAsked => None,
+            };
+            let walked = self.solve_by_walks(&targets, &goals, &exact);
+            walked.map_err(|error| resolvent::reason(error, refused))
         };
-        if self.settings.global == Some(true) {
-            return self.reported(Report::of_whole(
-                &self.whole()?,
-                &goals,
-                &self.settings,
-                (None, &self.means),
-            )?);
-        }
-        let walked = self.solve_by_walks(&targets, &goals, &exact);
-        walked.map_err(|error| resolvent::reason(error, refused))
+        self.explained(run())
     }
 
     /// Solves by walks of the chain.
@@ -375,7 +398,7 @@ impl<'m> Solver<'m> {
             }
             Some((chosen, Found::Whole(function))) => {
                 return self.reported(Report::of_whole(
-                    &function,
+                    (&function, function.report(goals)?),
                     goals,
                     &self.settings,
                     (Some(&chosen), &self.means),
@@ -408,10 +431,10 @@ impl<'m> Solver<'m> {
     fn reported(&self, report: Report) -> Result<Report, SolveError> {
         let asks_error = self.settings.tolerance.is_some();
         match report.stop {
-            "cancelled" => Err(SolveError::Cancelled(Some(Box::new(report)))),
-            "error_not_reached" => Err(SolveError::NotReached(Box::new(report))),
-            "time_limit" if asks_error => Err(SolveError::NotReached(Box::new(report))),
-            _ => Ok(report),
+            StopReason::Cancelled => Err(SolveError::Cancelled(Some(Box::new(report)))),
+            StopReason::ToleranceNotReached => Err(SolveError::NotReached(Box::new(report))),
+            StopReason::TimeLimit if asks_error => Err(SolveError::NotReached(Box::new(report))),
+            StopReason::TimeLimit | StopReason::Done => Ok(report),
         }
     }
 
@@ -420,12 +443,15 @@ impl<'m> Solver<'m> {
     /// # Errors
     /// [`SolveError`].
     pub fn answer(&self) -> Result<Answer, SolveError> {
-        self.check()?;
-        let goals = self.goals(&self.targets()?)?;
-        if let Some(back) = asked_way_back(self.model, &self.settings, &goals)? {
-            return self.of_model(&*back).answer();
-        }
-        Ok(self.walk(&goals)?.0)
+        let run = || -> Result<Answer, SolveError> {
+            self.check()?;
+            let goals = self.goals(&self.targets()?)?;
+            if let Some(back) = asked_way_back(self.model, &self.settings, &goals)? {
+                return self.of_model(&*back).answer();
+            }
+            Ok(self.walk(&goals)?.0)
+        };
+        self.explained(run())
     }
 
     /// The choice that would be made for this standard error, and what it is predicted to take,
@@ -436,17 +462,24 @@ impl<'m> Solver<'m> {
     /// [`SolveError`].
     pub fn predict(mut self, error: f64) -> Result<Option<(Settings, ChoiceReport)>, SolveError> {
         self.settings.tolerance = Some(Tolerance::Absolute(error));
-        self.check()?;
-        let targets = self.targets()?;
-        let goals = self.goals(&targets)?;
-        let back = asked_way_back(self.model, &self.settings, &goals)?;
-        let model = back.as_deref().unwrap_or(self.model);
-        let chosen = choice::choose(model, &targets, &self.settings, self.watch)?;
-        Ok(chosen.map(
-            |Chosen {
-                 settings, report, ..
-             }| (settings, report),
-        ))
+        let run = || {
+            self.check()?;
+            let targets = self.targets()?;
+            let goals = self.goals(&targets)?;
+            let back = asked_way_back(self.model, &self.settings, &goals)?;
+            let model = back.as_deref().unwrap_or(self.model);
+            let chosen = choice::choose(model, &targets, &self.settings, self.watch)?;
+            Ok(chosen.map(|chosen| (chosen.settings, chosen.report)))
+        };
+        self.explained(run())
+    }
+
+    /// What was wrong with the functions of the equation, if that caused an error.
+    fn explained<T>(&self, result: Result<T, SolveError>) -> Result<T, SolveError> {
+        result.map_err(|error| match error {
+            SolveError::Failed(error) => SolveError::Failed(self.model.explain(error)),
+            error => error,
+        })
     }
 
     /// Predicts the variance of every functional, and says what limits it.
@@ -463,12 +496,15 @@ impl<'m> Solver<'m> {
     /// # Errors
     /// [`SolveError`].
     pub fn diagnose_in(&self, nodes: usize) -> Result<Diagnosis, SolveError> {
-        self.check()?;
-        self.check_direction()?;
-        let goals = self.goals(&self.targets()?)?;
-        let (model, settings) = (self.model, &self.settings);
-        let nodes = nodes.max(LEAST_NODES);
-        Ok(diagnose(model, &goals, settings, nodes, self.watch)?)
+        let run = || -> Result<Diagnosis, SolveError> {
+            self.check()?;
+            self.check_direction()?;
+            let goals = self.goals(&self.targets()?)?;
+            let (model, settings) = (self.model, &self.settings);
+            let nodes = nodes.max(LEAST_NODES);
+            Ok(diagnose(model, &goals, settings, nodes, self.watch)?)
+        };
+        self.explained(run())
     }
 
     /// Measures how fast the standard deviation of the mean of u falls: with this number of walks on each of these numbers of
@@ -477,27 +513,30 @@ impl<'m> Solver<'m> {
     /// # Errors
     /// [`SolveError`].
     pub fn sweep(&self, cells: &[usize], walks: u64) -> Result<Rates, SolveError> {
-        self.check()?;
-        self.check_direction()?;
-        let lift = self.settings.lifted();
-        let sweep = Sweep {
-            model: self.model,
-            discretisation: self.settings.discretisation(),
-            walk: self.settings.walk_options(),
-            lift,
-            // What a lift takes is no number of values of the kernel alone.
-            timed: lift.map(|_| PLAIN_WALKS),
+        let run = || -> Result<Rates, SolveError> {
+            self.check()?;
+            self.check_direction()?;
+            let lift = self.settings.lifted();
+            let sweep = Sweep {
+                model: self.model,
+                discretisation: self.settings.discretisation(),
+                walk: self.settings.walk_options(),
+                lift,
+                // What a lift takes is no number of values of the kernel alone.
+                timed: lift.map(|_| PLAIN_WALKS),
+            };
+            let (mut rows, mut estimates, mut exact) = (Vec::new(), Vec::new(), None);
+            for &cells in cells {
+                let level = sweep.level(cells, walks, self.watch)?;
+                let level = level.ok_or(SolveError::Cancelled(None))?;
+                exact = level.exact;
+                estimates.push(level.statistics.preconditioned());
+                rows.push(Row::new(&level, sweep.discretisation.degree));
+            }
+            let nystrom = self.model.nystrom()?;
+            Ok(Rates::new(&sweep, (exact, &estimates), rows, nystrom))
         };
-        let (mut rows, mut estimates, mut exact) = (Vec::new(), Vec::new(), None);
-        for &cells in cells {
-            let level = sweep.level(cells, walks, self.watch)?;
-            let level = level.ok_or(SolveError::Cancelled(None))?;
-            exact = level.exact;
-            estimates.push(level.statistics.preconditioned());
-            rows.push(Row::new(&level, sweep.discretisation.degree));
-        }
-        let nystrom = self.model.nystrom()?;
-        Ok(Rates::new(&sweep, (exact, &estimates), rows, nystrom))
+        self.explained(run())
     }
 
     /// Cells that fit into memory, and whose walks have finite variances.

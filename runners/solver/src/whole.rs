@@ -7,27 +7,27 @@ mod summary;
 mod walks;
 
 use core::fmt::{self, Debug};
+use std::time::Instant;
 
 use fredholm_core::global::over_replicates;
-use fredholm_model::{GlobalField, GlobalQuantity, IMAGE_HEAD, MeshCell};
+use fredholm_model::resolvent::{FoundField, ResolventAnswer};
+use fredholm_model::{
+    GLOBAL_REPLICATES as REPLICATES, GlobalField, GlobalQuantity, IMAGE_HEAD, MeshCell,
+};
 use serde::Serialize;
 
 use crate::point::Point;
-use crate::{Error, Goal, Model, Region};
+use crate::{Error, Goal, Model, Region, Settings};
 pub use coefficients::GlobalCoefficients;
 pub(crate) use looks::Looks;
 pub use summary::GlobalSummary;
-pub(crate) use walks::{GIVEN_UP, Ready, Until, Whole, best_absorption};
-
-/// Replicates: an error bar of 64 is itself uncertain by 9 %, and Student's t of 63 degrees of freedom is 2 % wider than the
-/// normal distribution. More make every value dearer.
-const REPLICATES: usize = 64;
+pub(crate) use walks::{Ready, Until, Whole, best_absorption};
 
 /// The probability with which a band holds at all points together.
 const BAND_LEVEL: f64 = GlobalEstimate::BAND_LEVEL;
 
 /// Points, about, at which error bars are looked at for the band and for a tolerance.
-const PROBES: f64 = 256.0;
+pub(crate) const PROBES: f64 = 256.0;
 
 /// The part of a standard error that quadrature may be off.
 const QUADRATURE_SHARE: f64 = 0.01;
@@ -101,6 +101,35 @@ impl Debug for GlobalEstimate<'_> {
         f.debug_struct("GlobalEstimate")
             .field("summary", &self.summary)
             .finish_non_exhaustive()
+    }
+}
+
+impl<'m> GlobalEstimate<'m> {
+    /// The function that resolvent walks have found, and its values at the goals, of whose points the band is.
+    pub(crate) fn of_resolvent(
+        (model, settings): (&'m dyn Model, &Settings),
+        goals: &[Goal],
+        found: FoundField<'m>,
+        answer: &ResolventAnswer,
+    ) -> (Self, Vec<GlobalValue>) {
+        let start = Instant::now();
+        let mut summary = GlobalSummary::of_resolvent((model, settings), &found, answer);
+        let FoundField { field, images, .. } = found;
+        let rows = field.rows();
+        let images = images.chunks_exact(IMAGE_HEAD + rows).zip(goals);
+        let is_point = |goal: &Goal| model.is_in_space(&goal.region);
+        let points = images.clone().filter(|(_, goal)| is_point(goal));
+        let points = points.flat_map(|(image, _)| image.iter().copied());
+        summary.look_at(&points.collect::<Vec<f64>>(), rows);
+        summary.band_seconds += start.elapsed().as_secs_f64();
+        let function = Self {
+            model,
+            field,
+            summary,
+        };
+        let values = images.map(|(image, goal)| function.value(image, is_point(goal)));
+        let values = values.collect();
+        (function, values)
     }
 }
 
@@ -297,7 +326,12 @@ impl GlobalEstimate<'_> {
         let ([iterate, quadrature_error], replicates) = split(image, self.summary.replicates);
         let correction = over_replicates(replicates);
         let has_scored = self.summary.largest_std_error.is_some();
-        let std_error = has_scored.then_some(correction.std_error);
+        // Resolvent walks may know u better than numbers do.
+        let floor = self
+            .summary
+            .resolvent
+            .map_or(0.0, |_| self.summary.rounding_floor);
+        let std_error = has_scored.then_some(correction.std_error.max(floor));
         let factor = self.summary.band_factor.filter(|_| has_band);
         GlobalValue {
             estimate: iterate + correction.mean,

@@ -3,8 +3,10 @@
 use core::sync::atomic::{AtomicU64, Ordering};
 use std::sync::Arc;
 
+use fredholm::StopReason;
 use fredholm::{
-    CubeModel, Method, Observer, Pairs, Report, Scalar, SolveError, SolveObserver, Solver,
+    CubeModel, Method, Observer, Region, Report, Scalar, SolveError, SolveObserver, Solver,
+    SystemModel,
 };
 
 /// ½ x y, whose solution with F(x) = x is 6x/5.
@@ -115,34 +117,6 @@ fn an_equation_may_live_on_other_intervals() {
 }
 
 #[test]
-fn the_integral_of_a_kernel_allows_pointwise_pairs() {
-    let kernel = |x: &[f64; 1], y: &[f64; 1]| 0.5 * (x[0] - y[0]).abs();
-    let primitive = |_, x: f64, y: f64| 0.25 * (y - x) * (y - x).abs();
-    // F for u = 1: ∫ ½|x − y| dy is ¼ (x² + (1 − x)²).
-    let source = |x: &[f64; 1]| 1.0 - 0.25 * (x[0].powi(2) + (1.0 - x[0]).powi(2));
-    let model = CubeModel::from_fn::<1>(kernel, source).with_solution(|_| 1.0);
-    let error = Solver::new(&model).mean().pairs(Pairs::Pointwise).solve();
-    assert!(
-        error
-            .unwrap_err()
-            .to_string()
-            .contains("pointwise pairs need")
-    );
-    let model = model.with_integral(primitive);
-    for pairs in [Pairs::Paper, Pairs::Default, Pairs::Pointwise] {
-        let solver = Solver::new(&model).mean().at(0.3).pairs(pairs);
-        agrees(&solver.cells(10).walks(20_000).solve().unwrap(), 4.5);
-    }
-    let wrong = CubeModel::from_fn::<1>(kernel, source).with_integral(|_, x, y| x * y);
-    let walks = |model| Solver::new(model).method(Method::Walks).mean();
-    let error = walks(&wrong).solve().unwrap_err();
-    assert!(error.to_string().contains("not the integral"), "{error}");
-    let many = CubeModel::from_fn::<2>(|_, _| 0.5, |_| 1.0).with_integral(primitive);
-    let error = walks(&many).solve().unwrap_err();
-    assert!(error.to_string().contains("in one dimension"), "{error}");
-}
-
-#[test]
 fn a_value_that_is_not_finite_is_told_with_its_place() {
     // Only walks come there: no quadrature point of 8 cells lies so near to 1.
     let hole = |x: &[f64; 1], y: &[f64; 1]| {
@@ -230,9 +204,65 @@ fn a_thousand_points_take_one_set_up_are_seen_and_cancelled() {
     let error = cancelled.unwrap_err();
     assert!(matches!(error, SolveError::Cancelled(_)), "{error}");
     let so_far = error.report().unwrap();
-    assert_eq!((so_far.goals.len(), so_far.stop), (1024, "cancelled"));
+    assert_eq!(
+        (so_far.goals.len(), so_far.stop),
+        (1024, StopReason::Cancelled)
+    );
     let walks: u64 = so_far.goals.iter().map(|goal| goal.walks).sum();
     assert!((1_000_000..1024 * 4096).contains(&walks), "{walks}");
     let scored = |goal: &&fredholm::report::GoalReport| goal.preconditioned.std_error.is_some();
     assert!(so_far.goals.iter().filter(scored).count() > 200);
+}
+
+/// On a half line and in a system, by the walks of a chain and by one set of them for all.
+#[test]
+fn infinite_domains_and_systems_are_walked_together() {
+    let half = CubeModel::on_interval(
+        [0.0, f64::INFINITY],
+        |x, y| 0.5 * (-x - y).exp(),
+        |x| (-x).exp(),
+    )
+    .with_solution(|x| 4.0 / 3.0 * (-x[0]).exp());
+    // u = 1 + ½ ∫ y v and v = x + ½ ∫ u: ∫ u = 1 + ½ ∫ y v, and ∫ y v = ⅓ + ¼ ∫ u.
+    let of_u = 4.0 / 3.0;
+    let system = SystemModel::new(
+        [[0.0, 1.0]],
+        2,
+        |[i, j], _, y| {
+            if i == j {
+                0.0
+            } else {
+                0.5 * if i == 0 { y[0] } else { 1.0 }
+            }
+        },
+        |i, x| if i == 0 { 1.0 } else { x[0] },
+    )
+    .with_solution(move |i, x| if i == 0 { of_u } else { x[0] + 0.5 * of_u })
+    .weight("moment of v", 1, |x| x[0]);
+    for together in [false, true] {
+        let solver = |model| {
+            Solver::new(model)
+                .method(Method::Walks)
+                .together(together)
+                .cells(8)
+                .degree(0)
+                .walks(20_000)
+        };
+        agrees(&solver(&half).at(1.0).at(2.0).solve().unwrap(), 4.9);
+        let report = solver(&system)
+            .at([0.3, 2.0])
+            .goal("mean of v", Region::Part(1))
+            .weighted("moment of v")
+            .solve()
+            .unwrap();
+        agrees(&report, 4.9);
+    }
+    let solver = Solver::new(&system).method(Method::Walks).cells(8);
+    let solver = solver.goal("mean of v", Region::Part(1));
+    let found = solver.weighted("moment of v").diagnose_in(200).unwrap();
+    let exact = [0.5 + 0.5 * of_u, 1.0 / 3.0 + 0.25 * of_u];
+    for (target, exact) in found.targets.iter().zip(exact) {
+        // By a rule of 100 points in each copy, whose error is of their distance squared.
+        assert!((target.solution - exact).abs() < 1e-4, "{target:?}");
+    }
 }

@@ -3,14 +3,18 @@
 use core::f64::consts::PI;
 use core::sync::atomic::{AtomicU64, Ordering};
 
+use fredholm::StopReason;
 use fredholm::circle::{Emission, Harmonic};
 use fredholm::room::Material;
 use fredholm::room::{RoomModel, Surfaces};
 use fredholm::sphere::Parameters;
 use fredholm::{
-    CircleModel, CubeModel, Error, Estimator, Method, Model, Observer, Pairs, Region, Report,
-    Scalar, Sequence, SolveError, SolveObserver, Solver, SphereModel,
+    CircleModel, CubeModel, CustomModel, Error, Estimator, Method, Model, Observer, Pairs, Region,
+    Report, Scalar, Sequence, SolveError, SolveObserver, Solver, SphereModel,
 };
+use fredholm_core::galerkin::Cells;
+use fredholm_core::resolvent::Regular;
+use fredholm_core::{Located, Space};
 
 /// u(x) = ½ ∫ exp(−(x − y)²) u(y) dy + x on [0, 1].
 fn gauss() -> CubeModel {
@@ -94,7 +98,8 @@ fn sequences_keep_the_mean_and_gain() {
             for forced_steps in [0, 6] {
                 let solver = solver.clone().forced_steps(forced_steps);
                 let sobol = solver.sequence(Sequence::Sobol).solve().unwrap();
-                assert_eq!((sobol.sequence, sobol.batch), (Some("sobol"), 512));
+                let sequence = sobol.chain.unwrap().sequence;
+                assert_eq!((sequence, sobol.batch), (Some("sobol"), 512));
                 for (goal, random) in sobol.goals.iter().zip(&random.goals) {
                     assert_eq!(goal.replicates, Some(32));
                     worst = worst.max(goal.z.unwrap().abs());
@@ -134,13 +139,62 @@ fn sequences_keep_the_mean_and_gain() {
     }
 }
 
+/// An equation on [0, 1] by its kernel and its source.
+#[derive(Clone, Copy)]
+struct Line<K, S>(K, S);
+
+impl<K, S> Space for Line<K, S> {
+    type Scalar = f64;
+    type Point = f64;
+}
+
+impl<K, S> Cells for Line<K, S> {
+    const DIMENSION: usize = 1;
+
+    fn cells(&self) -> usize {
+        1
+    }
+
+    fn locate(&self, _: &f64) -> usize {
+        0
+    }
+
+    fn measure(&self, _: usize) -> f64 {
+        1.0
+    }
+
+    fn point(&self, _: usize, t: &[f64]) -> f64 {
+        t[0]
+    }
+
+    fn parameters(&self, x: &Located<f64>, t: &mut [f64]) {
+        t[0] = x.point;
+    }
+
+    fn at(&self, x: &[f64]) -> Option<f64> {
+        x.first().copied()
+    }
+}
+
+impl<K: Fn(f64, f64) -> f64, S: Fn(f64) -> f64> Regular for Line<K, S> {
+    fn kernel(&self, x: &f64, y: &f64) -> f64 {
+        (self.0)(*x, *y)
+    }
+
+    fn source(&self, x: &f64) -> f64 {
+        (self.1)(*x)
+    }
+}
+
 /// K = 0.4 + ½ cos mπx cos πy with u = 2 + x: ∫ K u = 1 − cos mπx/π², as ∫ y cos πy = −2/π².
-fn waves(m: f64) -> CubeModel {
-    CubeModel::from_fn::<1>(
-        move |x, y| 0.4 + 0.5 * (m * PI * x[0]).cos() * (PI * y[0]).cos(),
-        move |x| 1.0 + x[0] + (m * PI * x[0]).cos() / (PI * PI),
-    )
-    .with_solution(|x| 2.0 + x[0])
+macro_rules! waves {
+    ($m:expr) => {
+        CustomModel::from_kernel(Line(
+            |x: f64, y: f64| 0.4 + 0.5 * ($m * PI * x).cos() * (PI * y).cos(),
+            |x: f64| 1.0 + x + ($m * PI * x).cos() / (PI * PI),
+        ))
+        .with_solution(|x| 2.0 + x)
+    };
 }
 
 /// A lift lowers the variance of a matrix of low degree by as much as a high degree does, and moves no mean: where a
@@ -153,17 +207,18 @@ fn lifts_gain_and_keep_the_mean() {
         frequency: 5,
     };
     let circle = CircleModel::new(vec![0.3, 0.7], Emission::Harmonic(light));
-    let (smooth, rough) = (waves(1.0), waves(9.0));
-    // u = 1, and 2 from 0.37 on: ∫ u = 1.63.
-    let jump = |x: f64| if x < 0.37 { 1.0 } else { 2.0 };
-    let jump = CubeModel::from_fn::<1>(|_, _| 0.5, move |x| jump(x[0]) - 0.815)
-        .with_solution(move |x| jump(x[0]));
+    let smooth = waves!(1.0).weight("moment", |x| *x);
+    let rough = waves!(9.0);
+    // u = 1, and 2 from 3/8 on: ∫ u = 13/8.
+    let jump = |x: f64| if x < 0.375 { 1.0 } else { 2.0 };
+    let jump = CustomModel::from_kernel(Line(|_, _| 0.5, move |x| jump(x) - 0.8125))
+        .with_solution(move |x| jump(*x));
     // K is cut at y = x: ∫ ½ exp(−|x − y|) (1 + y) dy = 1 + x − 3/2 exp(x − 1).
-    let kink = CubeModel::from_fn::<1>(
-        |x, y| 0.5 * (-(x[0] - y[0]).abs()).exp(),
-        |x| 1.5 * (x[0] - 1.0).exp(),
-    )
-    .with_solution(|x| 1.0 + x[0]);
+    let kink = CustomModel::from_kernel(Line(
+        |x: f64, y: f64| 0.5 * (-(x - y).abs()).exp(),
+        |x: f64| 1.5 * (x - 1.0).exp(),
+    ))
+    .with_solution(|x| 1.0 + x);
     let cases: [(&dyn Model, usize, f64); 5] = [
         (&circle, 50, 300.0),
         (&smooth, 4, 30.0),
@@ -182,9 +237,12 @@ fn lifts_gain_and_keep_the_mean() {
             .cells(cells)
             .walks(1 << 15);
         let before = solver.clone().solve().unwrap();
-        for scalar in [Scalar::F64, Scalar::F32] {
+        let is_circle = model.about().kind == "circle";
+        let scalars = [Scalar::F64, Scalar::F32].into_iter();
+        for scalar in scalars.take(if is_circle { 2 } else { 1 }) {
             let after = solver.clone().lift(4).scalar(scalar).solve().unwrap();
-            assert_eq!((after.lift, after.pairs), (Some(4), "pointwise"));
+            let chain = after.chain.unwrap();
+            assert_eq!((chain.lift, chain.pairs), (Some(4), "pointwise"));
             for (after, before) in after.goals.iter().zip(&before.goals) {
                 worst = worst.max(after.z.unwrap().abs());
                 let [after, before] = [after, before].map(|g| g.preconditioned.std_error.unwrap());
@@ -193,19 +251,12 @@ fn lifts_gain_and_keep_the_mean() {
             }
         }
     }
-    // Of 30 normal values none is larger but with probability 30 · 6.3·10⁻⁵ = 0.19 %.
+    // Of 18 normal values none is larger but with probability 18 · 6.3·10⁻⁵ = 0.11 %.
     assert!(worst < 4.0, "{worst}");
     // ∫ x (2 + x) dx = 4/3, of which (v', Φ) is known.
-    let moment = Solver::new(&smooth)
-        .weight("moment", |x| x[0])
-        .cells(4)
-        .degree(1);
+    let moment = Solver::new(&smooth).weighted("moment").cells(64);
     let report = moment.lift(4).walks(1 << 14).solve().unwrap();
-    let found = report.goals[0].preconditioned;
-    let (off, error) = (
-        found.estimate.unwrap() - 4.0 / 3.0,
-        found.std_error.unwrap(),
-    );
+    let (off, error) = (report[0].value() - 4.0 / 3.0, report[0].std_error());
     assert!(off.abs() < 4.0 * error && error < 1e-4, "{off} {error}");
     // The global estimate.
     let whole = Solver::new(&rough)
@@ -215,7 +266,10 @@ fn lifts_gain_and_keep_the_mean() {
         .whole()
         .unwrap();
     assert_eq!(
-        (whole.summary().lift, whole.summary().score_degree),
+        (
+            whole.summary().chain.unwrap().lift,
+            whole.summary().score_degree
+        ),
         (Some(3), 5)
     );
     for x in [0.0, 0.21, 0.5, 0.93] {
@@ -229,9 +283,11 @@ fn lifts_gain_and_keep_the_mean() {
         Err(SolveError::Failed(error)) => assert!(error.to_string().contains(text), "{error}"),
         other => panic!("{text}: {other:?}"),
     };
-    refused(Solver::new(&square()).lift(2), "for circles, and cubes");
+    refused(Solver::new(&square()).lift(2), "for circles");
+    let cube = CubeModel::on_interval([0.0, 1.0], |x, y| 0.5 * x * y, |x| x);
+    refused(Solver::new(&cube).lift(2), "for circles");
     refused(
-        Solver::new(&smooth).degree(3).lift(3),
+        Solver::new(&circle).degree(3).lift(3),
         "of a higher degree than v",
     );
     refused(Solver::new(&smooth).lift(7), "6 is the highest");
@@ -328,7 +384,7 @@ fn a_cancelled_run_keeps_its_results() {
         panic!("it was cancelled");
     };
     let report = error.report().unwrap();
-    assert_eq!(report.stop, "cancelled");
+    assert_eq!(report.stop, StopReason::Cancelled);
     assert!(report.goals[0].walks >= 4096 && report.goals[0].preconditioned.std_error.is_some());
     assert!(error.to_string().contains("partial results"));
 }
@@ -449,9 +505,8 @@ fn lifts_are_predicted() {
         frequency: 5,
     };
     let circle = CircleModel::new(vec![0.3, 0.7], Emission::Harmonic(light));
-    let (smooth, square) = (waves(1.0), gauss());
-    let cases: [(&dyn Model, usize, usize); 3] =
-        [(&circle, 50, 3), (&smooth, 4, 3), (&square, 5, 2)];
+    let smooth = waves!(1.0);
+    let cases: [(&dyn Model, usize, usize); 2] = [(&circle, 50, 3), (&smooth, 4, 3)];
     for (model, cells, lift) in cases {
         let solver = Solver::new(model).at(0.3).mean().cells(cells).lift(lift);
         let predicted = solver.diagnose().unwrap();

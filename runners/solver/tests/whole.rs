@@ -3,6 +3,7 @@
 
 use core::f64::consts::{PI, TAU};
 
+use fredholm::StopReason;
 use fredholm::circle::{Emission, Harmonic};
 use fredholm::{
     CircleModel, CubeModel, Estimator, GlobalEstimate, Model, Observer, Region, Scalar, SolveError,
@@ -260,68 +261,6 @@ fn what_t_k_lets_nothing_through_to_is_exact() {
 
 /// Kernels like |x − y|^−a and a logarithm, and a product of such ones, with u = 1 + x₁: the integral of y times them is in
 /// closed form. Errors of points and means are within their bars, and bars are small.
-#[test]
-fn singular_kernels_have_a_whole_function() {
-    type Distance = fn(f64) -> f64;
-    type Primitives = fn(f64) -> [f64; 2];
-    // ∫₀ʳ and ∫₀ʳ d of the kernel in the distance d.
-    let power: Primitives = |r| [r.powf(0.7) / 0.7, r.powf(1.7) / 1.7];
-    let steep: Primitives = |r| [r.powf(0.55) / 0.55, r.powf(1.55) / 1.55];
-    let log: Primitives = |r| {
-        let ln = if r > 0.0 { r.ln() } else { 0.0 };
-        [r - r * ln, r * r * (0.25 - 0.5 * ln)]
-    };
-    // ∫ K dy and ∫ K y dy over [0, 1].
-    let moments = |of: Primitives, x: f64| {
-        let [left, right] = [of(x), of(1.0 - x)];
-        let mass = left[0] + right[0];
-        [mass, x * mass + right[1] - left[1]]
-    };
-    let kernels: [(Distance, Primitives); 3] = [
-        (|d| d.powf(-0.3), power),
-        (|d| d.powf(-0.45), steep),
-        (|d| -d.ln(), log),
-    ];
-    for (number, (kernel, of)) in kernels.into_iter().enumerate() {
-        let source = move |x: f64| {
-            let [mass, lever] = moments(of, x);
-            1.0 + x - 0.2 * (mass + lever)
-        };
-        let primitive = move |_: usize, x: f64, y: f64| {
-            let [mass, _] = of((y - x).abs());
-            if y > x { 0.2 * mass } else { -0.2 * mass }
-        };
-        let plain = move |d: f64| 0.2 * kernel(d.abs());
-        let one = CubeModel::from_fn::<1>(move |x, y| plain(x[0] - y[0]), move |x| source(x[0]));
-        let known = CubeModel::from_fn::<1>(move |x, y| plain(x[0] - y[0]), move |x| source(x[0]))
-            .with_integral(primitive);
-        // In the second axis the factor is a constant, so that u is the same.
-        let factor = move |axis, x: f64, y: f64| if axis == 0 { plain(x - y) } else { 1.0 };
-        let two = CubeModel::from_factors::<2>(factor, move |x| source(x[0]))
-            .with_integral(move |axis, x, y| if axis == 0 { primitive(0, x, y) } else { y });
-        // In two dimensions, which takes most of the time, by day the first alone.
-        let models = if long() || number == 0 { 3 } else { 2 };
-        let all = [(one, 1 << 15), (known, 1 << 15), (two, 1 << 14)];
-        for (model, walks) in all.into_iter().take(models) {
-            let model = model.with_solution(|x| 1.0 + x[0]);
-            let whole = Solver::new(&model).cells(16).walks(walks).whole().unwrap();
-            let summary = whole.summary();
-            println!("{summary:?}");
-            assert!(summary.largest_std_error.unwrap() < 5e-3);
-            assert!(summary.quadrature_error.unwrap() < 0.011 * summary.largest_std_error.unwrap());
-            assert_eq!(summary.remarks(), [""; 0]);
-            let mut values = whole.grid(12).unwrap();
-            values.push((Region::Whole, whole.functional(&Region::Whole).unwrap()));
-            for (region, value) in values {
-                let exact = model.exact(&region).unwrap().unwrap_or(1.5);
-                // Šidák: 480 values of Student's t of 63 degrees of freedom, 10⁻³ in all.
-                let z = (value.estimate - exact) / value.std_error.unwrap();
-                assert!(z.abs() < 5.4, "{region:?} {value:?} {exact}");
-            }
-        }
-    }
-}
-
 /// As bits, of the values of a grid and of a mean.
 fn bits(whole: &GlobalEstimate<'_>, model: &dyn Model) -> Vec<[u64; 3]> {
     let mut values: Vec<_> = whole
@@ -367,7 +306,7 @@ fn a_tolerance_holds_at_every_point() {
         };
         let whole = Solver::with(&model, settings, Vec::new()).whole().unwrap();
         let summary = whole.summary();
-        assert_eq!(summary.stop, "done");
+        assert_eq!(summary.stop, StopReason::Done);
         assert!(summary.walks < 1 << 20, "{summary:?}");
         for (region, value) in whole.grid(100).unwrap() {
             let asked = match tolerance {
@@ -389,11 +328,11 @@ fn a_tolerance_holds_at_every_point() {
         walks: Some(4096),
         ..fredholm::Settings::default()
     };
-    assert_eq!(never.whole().unwrap().summary().stop, "done");
+    assert_eq!(never.whole().unwrap().summary().stop, StopReason::Done);
     let whole = Solver::with(&model, settings, Vec::new()).whole().unwrap();
     assert_eq!(
         (whole.summary().stop, whole.summary().walks),
-        ("error_not_reached", 4096)
+        (StopReason::ToleranceNotReached, 4096)
     );
 }
 
@@ -488,7 +427,7 @@ fn what_cannot_be_is_refused() {
     refused(solver().score_degree(8), "at most 7");
     refused(solver().absorption(2.0), "between 0 and 1");
     let singular = CubeModel::from_fn::<1>(|x, y| 0.2 / (x[0] - y[0]).abs(), |_| 1.0);
-    refused(Solver::new(&singular), "has an integral");
+    refused(Solver::new(&singular), "take no singularity");
     let nan = CubeModel::from_fn::<1>(|x, y| if y[0] > 0.999 { f64::NAN } else { x[0] }, |_| 1.0);
     refused(Solver::new(&nan).cells(4), "`kernel` is NaN at x = ");
     let whole = solver().walks(1024).whole().unwrap();
@@ -512,7 +451,7 @@ fn cancelled_walks_are_reported() {
     let whole = solver.whole().unwrap();
     assert_eq!(
         (whole.summary().stop, whole.summary().walks),
-        ("cancelled", 64 * 16)
+        (StopReason::Cancelled, 64 * 16)
     );
     assert!(whole.at(1.0).unwrap().band.is_some());
 }
@@ -549,7 +488,8 @@ fn jumps_of_kernel_and_source_are_no_bias() {
     let window = |x: &[f64; 1], y: &[f64; 1]| if (x[0] - y[0]).abs() < 0.25 { 0.8 } else { 0.0 };
     let step = |x: &[f64; 1]| if x[0] < 0.65 { 1.0 } else { 0.0 };
     let model = CubeModel::from_fn::<1>(window, step);
-    let solver = Solver::new(&model).cells(32).degree(2);
+    let solver = Solver::new(&model).method(fredholm::Method::Walks);
+    let solver = solver.cells(32).degree(2);
     let whole = solver.walks(1 << 17).whole().unwrap();
     for (x, exact) in [
         (0.15, 1.484_046_416_753_9),
@@ -562,7 +502,10 @@ fn jumps_of_kernel_and_source_are_no_bias() {
         // Šidák: three values of Student's t with 63 degrees of freedom are below 4 but with probability 5 · 10⁻⁴.
         assert!(z.abs() < 4.0, "{x}: {z}");
     }
-    let summary = whole.summary();
-    assert_eq!(summary.remarks(), Vec::<String>::new());
-    assert!(summary.quadrature_error.unwrap() < 1e-9);
+    // Cells do not end at the jumps, so that rules for T_K v see them: that is told.
+    let remarks = whole.summary().remarks();
+    assert!(
+        remarks[0].contains("higher order of quadrature"),
+        "{remarks:?}"
+    );
 }

@@ -1,10 +1,11 @@
 //! A square room from tables that a device would keep.
 
-use fredholm_core::galerkin::{Dense, Piecewise, StoppingRule, gauss_seidel, neighbour_source};
+use fredholm_core::galerkin::{
+    Dense, PairKind, PairTable, Piecewise, StoppingRule, gauss_seidel, neighbour_source,
+};
 use fredholm_core::{At, Real, Statistics};
 use fredholm_room::{
-    Choice, Edge, Geometry, Irradiance, MeanOver, Node, Partition, PartitionTables, Room,
-    RoomPairs, Strip, VisibilityTable, Wall,
+    Edge, Geometry, Irradiance, MeanOver, Node, Partition, PartitionTables, Room, Strip, Wall,
 };
 
 use crate::{all_options, walks};
@@ -73,20 +74,16 @@ pub(crate) fn solve<F: Real>(reflectance: f64, seed: u64) -> Option<bool> {
     // Opposite walls in S, others pointwise; a wall sees nothing of itself.
     let mut table = [0; 64];
     let mut entries = [F::zero(); 64];
-    for (e, (view, k)) in table.iter_mut().zip(&mut entries).enumerate() {
+    for (e, (kind, k)) in table.iter_mut().zip(&mut entries).enumerate() {
         let turns = (e / 16 + 4 - e % 8 / 2) % 4;
-        (*view, *k) = match turns {
-            0 => (0, F::zero()),
-            2 => (3, to(0.2 * reflectance)),
-            _ => (1, to(0.15 * reflectance)),
+        (*kind, *k) = match turns {
+            0 => (PairKind::Dropped as u8, F::zero()),
+            2 => (PairKind::Galerkin as u8, to(0.2 * reflectance)),
+            _ => (PairKind::Pointwise as u8, to(0.15 * reflectance)),
         };
     }
-    let views = VisibilityTable::new(&table, 8).ok()?;
-    let room = Room::new(geometry, partition, &LENGTHS, views).ok()?;
-    let pairs = RoomPairs {
-        views,
-        choice: Choice::Default,
-    };
+    let room = Room::new(geometry, partition, &LENGTHS).ok()?;
+    let pairs = PairTable::new(&table, 8).ok()?;
     let dense = Dense::new(&entries, 8, 1)?;
     let (mut v, mut g) = ([F::zero(); 8], [F::zero(); 8]);
     let source = [to(1.0 - reflectance); 8];

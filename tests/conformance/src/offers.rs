@@ -121,8 +121,9 @@ impl<'a, D: Description<B>, const B: usize> Offers<'a, D, B> {
         self.any_neighbour(name, neighbour);
     }
 
-    /// One type for all of them: a problem with many choices compiles in a fraction of the time.
-    fn any_neighbour(&mut self, name: &str, neighbour: &AnyNeighbour<'_, D, B>)
+    /// Checks a neighbour equation as [`neighbour`](Self::neighbour) does, with one type for all of them: a problem with many choices compiles in
+    /// a fraction of the time.
+    pub fn any_neighbour(&mut self, name: &str, neighbour: &AnyNeighbour<'_, D, B>)
     where
         D::Equation: Density,
     {

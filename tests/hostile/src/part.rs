@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use fredholm::{CubeModel, Solver};
+use fredholm::{CubeModel, Method, Solver};
 use fredholm_parts::{Header, Keeper, Part};
 
 use crate::container::mended;
@@ -63,7 +63,11 @@ pub fn good_part() -> Vec<u8> {
     let share = "1/2".parse().ok();
     let keeper = Keeper::open(Some(&path), &header, share).expect("a temporary file");
     let u = CubeModel::from_fn::<1>(|x, y| 0.5 * x[0] * y[0], |x| x[0]);
-    let solver = Solver::new(&u).mean().cells(4).walks(6 * 4096);
+    let solver = Solver::new(&u)
+        .mean()
+        .cells(4)
+        .walks(6 * 4096)
+        .method(Method::Walks);
     solver.execute(&keeper).solve().expect("some walks");
     let bytes = std::fs::read(&path).expect("what was kept");
     std::fs::remove_file(&path).expect("what was kept");

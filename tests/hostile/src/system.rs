@@ -164,14 +164,13 @@ fn is_finite(saved: &SavedSystem<'_>) -> bool {
 }
 
 /// All numbers, as bits.
-fn numbers(saved: &SavedSystem<'_>) -> (Vec<u64>, Vec<u64>, Vec<u8>, u32, [u64; 2]) {
+fn numbers(saved: &SavedSystem<'_>) -> (Vec<u64>, Vec<u64>, u32, [u64; 2]) {
     let bits = |numbers: &[f64]| numbers.iter().map(|x| x.to_bits()).collect();
     let solution = &saved.solution;
     let (convergence, bound) = (solution.convergence, solution.radius_bound);
     (
         bits(&solution.v),
         bits(&saved.coefficients),
-        saved.views.to_vec(),
         convergence.sweeps,
         [convergence.residual.to_bits(), bound.to_bits()],
     )
@@ -217,9 +216,6 @@ pub fn system_of_numbers(bytes: &[u8]) {
     for number in numbers {
         let bits = [(); 8].map(|()| changes.next().unwrap_or(0));
         *number = f64::from_bits(number.to_bits() ^ u64::from_be_bytes(bits));
-    }
-    for (view, change) in saved.views.to_mut().iter_mut().zip(changes) {
-        *view ^= change;
     }
     restore(&MODELS[kind], &saved);
 }

@@ -26,9 +26,9 @@ const SCENE: Bound = Bound {
     each: 1024,
     besides: 1 << 16,
 };
-/// A formula: two instructions of 48 bytes each, and what a message says.
+/// A formula: two instructions of 48 bytes each for each of two characters, as in abs(x) for |x|, names, and what a message says.
 const FORMULA: Bound = Bound {
-    each: 128,
+    each: 384,
     besides: 1 << 12,
 };
 
@@ -209,6 +209,7 @@ pub fn formula(bytes: &[u8]) {
     let variables = Variables {
         dimension: usize::from(first % 6) + 1,
         two: first & 0x80 == 0,
+        parameters: &[],
     };
     let text = String::from_utf8_lossy(rest);
     if let Err(error) = FORMULA.holds(text.len(), || formula::check(&text, variables)) {
@@ -224,9 +225,8 @@ pub fn formula(bytes: &[u8]) {
 /// Evaluates a good formula at some points.
 fn values<F: Real>(text: &str) {
     let bracketed = format!("({text})");
-    let (mut room, mut bracketed_room) = (formula::room::<F>(text), formula::room(&bracketed));
-    let formula = Formula::new(text, &mut room).expect("a formula that was checked is one");
-    let bracketed = match Formula::new(&bracketed, &mut bracketed_room) {
+    let formula = Formula::<F>::new(text, &[]).expect("a formula that was checked is one");
+    let bracketed = match Formula::<F>::new(&bracketed, &[]) {
         Ok(formula) => formula,
         Err(error) => {
             assert!(error.message.contains("deep"), "{}", error.message);

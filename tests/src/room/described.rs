@@ -1,27 +1,25 @@
 //! The description of a room, for the kit.
 
+use fredholm_core::galerkin::{AllPointwise, PairTable};
 use fredholm_core::{Density, Located, Real};
-use fredholm_room::{Choice, Grading, Point, Room, RoomPairs, Tables, Wall};
+use fredholm_room::{Grading, Point, Room, Tables, Wall, paper_pairs};
 
 use super::vector::{Vector, cross, dist, dot, sub, wide};
-use super::{Drawing, Setup};
+use super::{Drawing, Setup, Way};
 use crate::description::Description;
 use crate::examine::examine_both;
 use crate::offers::{Neighbours, Offers};
 use crate::quadrature::{gauss_legendre, split};
 use crate::report::Report;
 
-/// A room with B functions on every cell as the kit sees it.
+/// A room as the kit sees it.
 #[derive(Clone, Debug)]
-pub struct Described<'a, F, const B: usize = 1> {
+pub struct Described<'a, F> {
     room: Room<'a, F>,
-    setup: &'a Setup<B>,
+    setup: &'a Setup,
     drawing: &'a Drawing,
     claim: f64,
     rule: Vec<(f64, f64)>,
-    /// Where the outer integrals of Galerkin coefficients are cut: in a corner moments of higher
-    /// order change as quickly as x nears it.
-    outer: Vec<f64>,
     /// The largest coordinate.
     size: f64,
     /// Whether nothing is in the way of anything: no vertex is behind any wall.
@@ -33,15 +31,15 @@ pub struct Described<'a, F, const B: usize = 1> {
 ///
 /// # Panics
 /// If there is no such room.
-pub fn described<F: Real, R, const B: usize>(
+pub fn described<F: Real, R>(
     drawing: &Drawing,
     cells: usize,
     claim: f64,
-    then: impl FnOnce(&Described<'_, F, B>) -> R,
+    then: impl FnOnce(&Described<'_, F>) -> R,
 ) -> R {
-    let setup = Setup::<B>::of_degree::<F>(drawing, cells, Grading::default()).unwrap();
+    let setup = Setup::new::<F>(drawing, cells, Grading::default()).unwrap();
     let tables = Tables::<F>::new(&setup.scene, &setup.mesh);
-    let room = tables.room(setup.matrix.views());
+    let room = tables.room();
     let points = drawing.surfaces.iter().flat_map(|(points, _)| points);
     let walls = room.geometry().walls().iter();
     let vertices = walls.clone().flat_map(|wall| wall.ends);
@@ -50,20 +48,12 @@ pub fn described<F: Real, R, const B: usize>(
         let height = |v: [F; 2]| cross(sub(b, a), sub(wide(v), a));
         vertices.clone().all(|v| height(v) >= 0.0)
     });
-    // Polynomials of degree 2B − 2 times a density, on the parts that `nodes` makes: 12 points are
-    // too few for 10⁻¹³ there.
-    let cuts = [4.0_f64, 16.0, 64.0].map(|n| [1.0 / n, 1.0 - 1.0 / n]);
-    let (order, outer) = match B {
-        1 => (12, &[][..]),
-        _ => (16, cuts.as_flattened()),
-    };
     then(&Described {
         room,
         setup: &setup,
         drawing,
         claim,
-        rule: gauss_legendre(order),
-        outer: outer.to_vec(),
+        rule: gauss_legendre(12),
         size: points.flatten().fold(0.0, |m, c| m.max(c.abs())),
         clear: convex,
     })
@@ -72,19 +62,8 @@ pub fn described<F: Real, R, const B: usize>(
 /// Everything about a room, in f32 and f64.
 #[must_use]
 pub fn examined(drawing: &Drawing, cells: usize, claim: f64, seed: u64) -> Report {
-    examined_of_degree::<1>(drawing, cells, claim, seed)
-}
-
-/// As [`examined`], with B functions on every cell.
-#[must_use]
-pub fn examined_of_degree<const B: usize>(
-    drawing: &Drawing,
-    cells: usize,
-    claim: f64,
-    seed: u64,
-) -> Report {
-    described::<f32, _, B>(drawing, cells, claim, |narrow| {
-        described::<f64, _, B>(drawing, cells, claim, |wide| {
+    described::<f32, _>(drawing, cells, claim, |narrow| {
+        described::<f64, _>(drawing, cells, claim, |wide| {
             examine_both(narrow, wide, seed)
         })
     })
@@ -100,7 +79,7 @@ struct Seen {
     horizon: Option<f64>,
 }
 
-impl<F: Real, const B: usize> Described<'_, F, B> {
+impl<F: Real> Described<'_, F> {
     fn wall(&self, wall: usize) -> &Wall<F> {
         &self.room.geometry().walls()[wall]
     }
@@ -171,7 +150,7 @@ impl<F: Real, const B: usize> Described<'_, F, B> {
     }
 }
 
-impl<'a, F: Real, const B: usize> Description<B> for Described<'a, F, B> {
+impl<'a, F: Real> Description for Described<'a, F> {
     type Equation = Room<'a, F>;
 
     fn equation(&self) -> &Self::Equation {
@@ -196,7 +175,6 @@ impl<'a, F: Real, const B: usize> Description<B> for Described<'a, F, B> {
         let mut cuts: Vec<f64> = seen.shadows.iter().map(|(t, _)| *t).collect();
         cuts.extend(seen.horizon);
         if x.wall() == self.wall_of(cell) {
-            cuts.extend(&self.outer);
             // Beyond x itself sin φ has the other sign.
             let [from, to] = [0.0, 1.0].map(|t| self.inside(cell, t).along().to_f64());
             cuts.push((x.along().to_f64() - from) / (to - from));
@@ -263,7 +241,7 @@ impl<'a, F: Real, const B: usize> Description<B> for Described<'a, F, B> {
     }
 
     fn solution(&self, _: &Point<F>) -> Option<f64> {
-        Description::<B>::constant(self)
+        self.constant()
     }
 
     fn constant(&self) -> Option<f64> {
@@ -295,14 +273,14 @@ impl<'a, F: Real, const B: usize> Description<B> for Described<'a, F, B> {
     }
 }
 
-impl<F: Real, const B: usize> Neighbours<B> for Described<'_, F, B> {
-    fn offers(&self, offers: &mut Offers<'_, Self, B>) {
-        let views = self.room.views();
-        let pairs = |choice| RoomPairs { views, choice };
+impl<F: Real> Neighbours for Described<'_, F> {
+    fn offers(&self, offers: &mut Offers<'_, Self>) {
+        let wide = Tables::<f64>::new(&self.setup.scene, &self.setup.mesh);
+        let kinds = paper_pairs(&self.setup.scene, &wide.room()).unwrap();
         offers.starts(&self.room);
-        offers.pairs("the paper's", pairs(Choice::Paper));
-        offers.pointwise_pairs("the others pointwise", pairs(Choice::Default));
-        offers.pointwise_pairs("all pointwise", pairs(Choice::Pointwise));
+        let paper = PairTable::new(&kinds, self.setup.mesh.len()).unwrap();
+        offers.pairs("the paper's", paper);
+        offers.pointwise_pairs("all pointwise", AllPointwise);
         let claim = self.claim;
         offers.coefficients("own", &self.setup.matrix.coefficients(), claim);
         // In f64 whatever F is: with nodes in f32 there is nothing to compare it with.
@@ -310,12 +288,9 @@ impl<F: Real, const B: usize> Neighbours<B> for Described<'_, F, B> {
             let v = &self.setup.solution;
             offers.galerkin_solution("own", &v.v, claim / (1.0 - v.radius_bound));
         }
-        // With all pairs pointwise there is no coefficient to be the room's own.
-        self.setup
-            .with_rays::<F, _>(|_, neighbour| offers.neighbour("own, rays", neighbour));
-        for choice in [Choice::Paper, Choice::Default] {
-            self.setup.with::<F, _>(choice, |_, neighbour, _| {
-                offers.neighbour(&format!("own, {choice:?}"), neighbour);
+        for way in [Way::Paper, Way::Rays] {
+            self.setup.with::<F, _>(way, |_, neighbour, _| {
+                offers.any_neighbour(&format!("own, {way:?}"), neighbour);
             });
         }
     }

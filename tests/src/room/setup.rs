@@ -1,10 +1,11 @@
-//! A room set up for walks: its scene, mesh, matrix and Galerkin solution.
+//! A room set up for walks: its scene, mesh and v.
 
 use fredholm_core::Real;
-use fredholm_core::galerkin::{Dense, Solution, WithPointwise, rounded};
+use fredholm_core::galerkin::{Dense, PairTable, rounded};
+use fredholm_core::{Neighbour, galerkin::Solution};
 use fredholm_room::{
-    Choice, Grading, Matrix, Mesh, RayNeighbour, RaySetup, Room, RoomError, RoomPairs, Scene,
-    Tables, min_mass_ratio,
+    CoarseSolution, ExactNeighbour, Grading, Matrix, Mesh, Point, RaySetup, Room, RoomError, Scene,
+    Tables, paper_pairs,
 };
 
 use super::Drawing;
@@ -17,18 +18,30 @@ pub struct Setup<const B: usize = 1> {
     pub scene: Scene,
     /// Its partition.
     pub mesh: Mesh,
-    /// Views and coefficients.
+    /// K' and the Galerkin solution on these cells.
     pub matrix: Matrix,
     /// The Galerkin solution.
     pub solution: Solution,
+    /// v near u.
+    pub v: Vec<f64>,
 }
 
-/// The neighbour equation of a room from pairs of cells.
-pub type RoomNeighbour<'c, 'a, F, const B: usize = 1> =
-    WithPointwise<'c, F, Room<'a, F>, Dense<'c, F>, RoomPairs<'c>, B>;
+/// What walks follow.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Way {
+    /// The paper's pairs of cells, of piecewise constants.
+    Paper,
+    /// h = k, with a G that takes a ray.
+    Rays,
+    /// h = k, with an exact G.
+    Exact,
+}
 
-/// The three choices of pairs.
-pub const CHOICES: [Choice; 3] = [Choice::Paper, Choice::Default, Choice::Pointwise];
+/// All of them.
+pub const WAYS: [Way; 3] = [Way::Paper, Way::Rays, Way::Exact];
+
+/// A neighbour equation of a room.
+pub type AnyNeighbour<'a, F> = dyn Neighbour<Scalar = F, Point = Point<F>, Value = F> + Sync + 'a;
 
 impl Setup {
     /// Of a drawing with about so many cells of constants, for walks in F.
@@ -56,53 +69,61 @@ impl<const B: usize> Setup<B> {
     ) -> Result<Self, RoomError> {
         let scene = drawing.scene::<F>()?;
         let mesh = Mesh::new::<F>(&scene, cells, grading)?;
-        let matrix = Matrix::with_functions(&scene, &mesh, min_mass_ratio(B - 1), B)?;
-        let solution = matrix.solve(&scene, &mesh, 1e-15, 1000)?;
+        let tables = Tables::<f64>::new(&scene, &mesh);
+        let room = tables.room();
+        let matrix = Matrix::new::<B>(&room)?;
+        let solution = matrix.solve(&room)?;
+        let coarse = CoarseSolution::new(&scene, (cells * B).clamp(100, 1000))?;
+        let mut v = vec![0.0; mesh.len() * B];
+        for (cell, own) in v.chunks_exact_mut(B).enumerate() {
+            coarse.step::<_, B>(&room, cell, own);
+        }
         Ok(Self {
-            scene,
-            mesh,
             matrix,
             solution,
+            v,
+            scene,
+            mesh,
         })
     }
 
-    /// The room with its neighbour equation for a choice of pairs, and v.
+    /// The room with a neighbour equation, and v.
     ///
     /// # Panics
     /// If there is none.
     pub fn with<F: Real, R>(
         &self,
-        choice: Choice,
-        then: impl FnOnce(&Room<'_, F>, &RoomNeighbour<'_, '_, F, B>, &[F]) -> R,
+        way: Way,
+        then: impl FnOnce(&Room<'_, F>, &AnyNeighbour<'_, F>, &[F]) -> R,
     ) -> R {
         let tables = Tables::<F>::new(&self.scene, &self.mesh);
-        let views = self.matrix.views();
-        let room = tables.room(views);
-        let (matrix, pairs) = (self.matrix.coefficients(), RoomPairs { views, choice });
-        let vectors = self.solution.for_walks::<F, _>(&matrix, pairs).unwrap();
-        let entries = rounded::<F>(self.matrix.entries()).unwrap();
-        let dense = Dense::new(&entries, self.matrix.cells(), B).unwrap();
-        let neighbour = vectors.with_pointwise::<_, _, B>(&room, &dense).unwrap();
-        then(&room, &neighbour, vectors.v())
-    }
-
-    /// The room with its neighbour equation from rays alone.
-    ///
-    /// # Panics
-    /// If there is none.
-    pub fn with_rays<F: Real, R>(
-        &self,
-        then: impl FnOnce(&Room<'_, F>, &RayNeighbour<'_, Room<'_, F>, F, B>) -> R,
-    ) -> R {
-        let views = self.matrix.views();
+        let room = tables.room();
         let wide = Tables::<f64>::new(&self.scene, &self.mesh);
-        let room = wide.room(views);
-        let setup = RaySetup::<_, B>::new(&room, &self.solution.v).unwrap();
-        let rays = setup.tables().unwrap().rounded::<F>().unwrap();
-        let tables = Tables::<F>::new(&self.scene, &self.mesh);
-        let room = tables.room(views);
-        let v = self.solution.rounded::<F>().unwrap();
-        then(&room, &rays.neighbour::<_, B>(&room, &v).unwrap())
+        let wide = wide.room();
+        let v = rounded::<F>(&self.v).unwrap();
+        match way {
+            Way::Paper => {
+                assert_eq!(B, 1, "the paper has constants");
+                let kinds = paper_pairs(&self.scene, &wide).unwrap();
+                let pairs = PairTable::new(&kinds, self.mesh.len()).unwrap();
+                let coefficients = self.matrix.coefficients();
+                let vectors = self.solution.for_walks::<F, _>(&coefficients, pairs);
+                let vectors = vectors.unwrap();
+                let entries = rounded::<F>(self.matrix.entries()).unwrap();
+                let dense = Dense::new(&entries, self.mesh.len(), 1).unwrap();
+                let neighbour = vectors.piecewise::<_, _, 1>(&room, &dense).unwrap();
+                then(&room, &neighbour, vectors.v())
+            }
+            Way::Rays => {
+                let setup = RaySetup::<_, B>::new(&wide, &self.v).unwrap();
+                let rays = setup.tables().unwrap().rounded::<F>().unwrap();
+                then(&room, &rays.neighbour::<_, B>(&room, &v).unwrap(), &v)
+            }
+            Way::Exact => {
+                let exact = ExactNeighbour::<_, F, B>::new(&room, &v).unwrap();
+                then(&room, &exact, &v)
+            }
+        }
     }
 }
 

@@ -8,9 +8,10 @@
 
 use fredholm_core::galerkin::{Basis, Cells, PairIntegral, TransitionMoments};
 use fredholm_core::global::Stationary;
+use fredholm_core::resolvent::Regular;
 use fredholm_core::{Chain, Density, Equation, Located, Real, Space, Uniforms};
 
-/// The equation, its chain and n equal cells of [0, 1].
+/// The equation, and n equal cells of [0, 1].
 ///
 /// Yours: what the equation depends on. Whatever does not change from step to step is computed in
 /// `new`.
@@ -57,42 +58,13 @@ impl<F: Real> MyEquation<F> {
     }
 }
 
-// ---- The equation and its chain: enough for plain Monte Carlo.
+// ---- The space, K and F: enough for resolvent walks, whatever the norm of K.
 
 /// Yours: the points. A `Copy` type of your own may carry what a step knew of the point.
 impl<F: Real> Space for MyEquation<F> {
     type Scalar = F;
     type Point = F;
 }
-
-/// Yours: a density p from which you can draw, as like |K| as possible.
-impl<F: Real> Chain for MyEquation<F> {
-    fn step<U: Uniforms<F>>(&self, _: &F, uniforms: &mut U) -> Option<F> {
-        Some(uniforms.uniform())
-    }
-}
-
-/// Yours: p(x, y), with ∫ p(x, y) dμ(y) = 1. Walks do not need it, the checks do.
-impl<F: Real> Density for MyEquation<F> {
-    fn density(&self, _: &F, _: &F) -> F {
-        F::one()
-    }
-}
-
-/// Yours: k = K/p, and F. Several channels that share the chain are `Channels`.
-impl<F: Real> Equation for MyEquation<F> {
-    type Value = F;
-
-    fn kernel(&self, x: &F, y: &F) -> F {
-        F::from_f64(0.5) * *x * *y
-    }
-
-    fn source<U: Uniforms<F>>(&self, x: &F, _: &mut U) -> F {
-        *x
-    }
-}
-
-// ---- The neighbour equation: cells, and exact integrals of p over them.
 
 /// Yours: the cells, as images of [0, 1]^d.
 impl<F: Real> Cells for MyEquation<F> {
@@ -126,6 +98,50 @@ impl<F: Real> Cells for MyEquation<F> {
         }
     }
 }
+
+/// Yours: K and F.
+impl<F: Real> Regular for MyEquation<F> {
+    fn kernel(&self, x: &F, y: &F) -> F {
+        F::from_f64(0.5) * *x * *y
+    }
+
+    fn source(&self, x: &F) -> F {
+        *x
+    }
+}
+
+// ---- Delete the rest, unless you have a chain of your own: walks of a chain ask for no kernel, go on in any dimension, and run on devices.
+
+// ---- The equation and its chain: enough for plain Monte Carlo.
+
+/// Yours: a density p from which you can draw, as like |K| as possible.
+impl<F: Real> Chain for MyEquation<F> {
+    fn step<U: Uniforms<F>>(&self, _: &F, uniforms: &mut U) -> Option<F> {
+        Some(uniforms.uniform())
+    }
+}
+
+/// Yours: p(x, y), with ∫ p(x, y) dμ(y) = 1. Walks do not need it, the checks do.
+impl<F: Real> Density for MyEquation<F> {
+    fn density(&self, _: &F, _: &F) -> F {
+        F::one()
+    }
+}
+
+/// Yours: k = K/p, and F. Several channels that share the chain are `Channels`.
+impl<F: Real> Equation for MyEquation<F> {
+    type Value = F;
+
+    fn kernel(&self, x: &F, y: &F) -> F {
+        F::from_f64(0.5) * *x * *y
+    }
+
+    fn source<U: Uniforms<F>>(&self, x: &F, _: &mut U) -> F {
+        *x
+    }
+}
+
+// ---- The neighbour equation: cells, and exact integrals of p over them.
 
 /// As it is: polynomials in the parameters. `Basis<2>` adds those of degree 1.
 impl<F: Real> Basis for MyEquation<F> {}

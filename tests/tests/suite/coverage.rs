@@ -5,17 +5,16 @@ use core::fmt;
 
 use fredholm_circle::{MeanOver, Point};
 use fredholm_core::{
-    At, Batch, Equation, Estimate, Functional, Goal, Job, Neighbour, NeighbourOf, Statistics,
-    WalkOptions,
+    At, Batch, Equation, Estimate, Functional, Goal, Job, Neighbour, Statistics, WalkOptions,
 };
 use fredholm_cube::{Mean, ScalarField, model};
-use fredholm_room::{Choice, Grading};
+use fredholm_room::Grading;
 use fredholm_tests::check::long;
 use fredholm_tests::circle::{DEFAULT, LIGHT, RHO, with_piecewise};
 use fredholm_tests::cube::with_degree;
 use fredholm_tests::outcome::Sum;
-use fredholm_tests::room::{Drawing, Setup, block, glowing};
-use fredholm_tests::{Objects, all_ways, check, on_all_cores};
+use fredholm_tests::room::{Drawing, Setup, Way, block, glowing};
+use fredholm_tests::{AnyNeighbour, Objects, all_ways, check, on_all_cores};
 
 /// What the walks are called.
 const WAYS: [&str; 3] = ["Absorption", "Collision", "Roulette"];
@@ -136,10 +135,9 @@ fn the_band_is_that_of_the_binomial() {
 }
 
 /// Skewness and kurtosis of both scores, of four million walks, or 2¹⁴.
-fn moments<E, N, T>(case: &Case<'_, E, N, T>, options: WalkOptions) -> [[f64; 2]; 2]
+fn moments<E, T>(case: &Case<'_, E, T>, options: WalkOptions) -> [[f64; 2]; 2]
 where
     E: Equation<Scalar = f64, Value = f64> + Sync,
-    N: NeighbourOf<E> + Sync,
     T: Functional<E> + Sync,
 {
     let groups = if long() { 256 } else { 1 };
@@ -179,19 +177,18 @@ where
 }
 
 /// A target of a scene, and what is exact.
-struct Case<'a, E, N, T> {
+struct Case<'a, E: Equation, T> {
     scene: &'static str,
     target: &'static str,
     equation: &'a E,
-    neighbour: &'a N,
+    neighbour: &'a AnyNeighbour<'a, E::Scalar, E::Point, E::Value>,
     goal: Goal<T, f64>,
     exact: f64,
 }
 
-impl<E, N, T> Case<'_, E, N, T>
+impl<E, T> Case<'_, E, T>
 where
     E: Equation<Scalar = f64, Value = f64> + Sync,
-    N: NeighbourOf<E> + Sync,
     T: Functional<E> + Sync,
 {
     fn rows(&self, seeds: u64, walks: &[u64]) -> Vec<Row> {
@@ -309,7 +306,7 @@ fn cube(seeds: u64, walks: &[u64]) -> Vec<Row> {
 /// pointwise, a state costs as many integrals as there are.
 fn room(scene: &'static str, drawing: &Drawing, seeds: u64, walks: &[u64]) -> Vec<Row> {
     let setup = Setup::new::<f64>(drawing, 40, Grading::default()).unwrap();
-    setup.with::<f64, _>(Choice::Default, |room, neighbour, v| {
+    setup.with::<f64, _>(Way::Rays, |room, neighbour, v| {
         let x = room.on_wall(0, 0.37).unwrap();
         let point = Case {
             scene,

@@ -6,8 +6,8 @@ use fredholm_core::{
     NoNeighbour, Real, RngUniforms, Space, Statistics, Uniforms, Value, WalkOptions, WalkSeeds,
 };
 use fredholm_room::{
-    ColouredRoom, DirectLight, Grading, Material, Matrix, MeanOver, Mesh, Point, RayControl,
-    RayNeighbour, RaySetup, RayTables, RoomError, Scene, Tables, WallColours, side_by_side,
+    CoarseSolution, ColourTables, Colours as Tints, DirectLight, Grading, Material, MeanOver, Mesh,
+    Point, RayControl, RayNeighbour, RaySetup, RayTables, Room, RoomError, Scene, Tables,
     subtract_lights,
 };
 use fredholm_tests::check::{self, long};
@@ -24,15 +24,16 @@ const STANDARD_ERRORS: f64 = 4.9;
 /// Numbers of the channels: there is room for one more.
 type Numbers<F> = Channels<F, 4>;
 /// A room in colours.
-type Coloured<'r, 'a, F> = ColouredRoom<'r, 'a, F, 4>;
+type Coloured<'a, F> = Room<'a, F, Tints<'a, F, 4>>;
+/// Its means.
+type Means<'r, 'a, F> = MeanOver<'r, 'a, F, Tints<'a, F, 4>>;
 /// Its neighbour equation.
-type Rays<'n, 'r, 'a, F, const B: usize> = RayNeighbour<'n, Coloured<'r, 'a, F>, F, B>;
+type Rays<'n, 'a, F, const B: usize> = RayNeighbour<'n, Coloured<'a, F>, F, B>;
 
 /// A room in colours.
 struct Colours {
     scene: Scene,
-    reflectances: Vec<f64>,
-    emissions: Vec<f64>,
+    tables: ColourTables<f64>,
 }
 
 /// Reflectances and emissions of a surface.
@@ -48,13 +49,17 @@ impl Colours {
         });
         let scene = drawing.scene::<F>().unwrap();
         let walls = 0..scene.geometry().walls().len();
-        let surfaces: Vec<usize> = walls
-            .map(|wall| scene.place(wall).unwrap().surface)
+        let materials: Vec<[Material; CHANNELS]> = walls
+            .map(|wall| {
+                let [rho, f] = own[scene.place(wall).unwrap().surface];
+                core::array::from_fn(|c| Material {
+                    reflectance: rho[c],
+                    emission: f[c],
+                })
+            })
             .collect();
-        let of = |k: usize| surfaces.iter().flat_map(|&s| own[s][k]).collect();
         Self {
-            reflectances: of(0),
-            emissions: of(1),
+            tables: ColourTables::new(CHANNELS, materials.iter().map(|own| &own[..])),
             scene,
         }
     }
@@ -92,10 +97,6 @@ impl Colours {
         })
     }
 
-    fn walls(&self) -> WallColours<'_, f64> {
-        WallColours::new(CHANNELS, (&self.reflectances, &self.emissions)).unwrap()
-    }
-
     /// The walls that emit, if the last step leads there.
     fn lights(&self, last_step: bool) -> Vec<u32> {
         let walls = (0..).zip(self.scene.geometry().walls());
@@ -106,14 +107,15 @@ impl Colours {
     /// Tables of rays and v of about so many cells with B functions.
     fn solved<const B: usize>(&self, cells: usize, last_step: bool) -> Solved<'_> {
         let mesh = Mesh::new::<f64>(&self.scene, cells, Grading::default()).unwrap();
-        let matrix = Matrix::with_functions(&self.scene, &mesh, 0.5, B).unwrap();
-        let solutions = matrix.solve_channels(&self.scene, &mesh, &self.walls(), 1e-14, 1000);
-        let mut v = side_by_side(&solutions.unwrap(), B);
+        let coarse =
+            CoarseSolution::of_channels(&self.scene, cells * B, &self.tables.tint::<4>()).unwrap();
         let lights = self.lights(last_step);
         let tables = Tables::<f64>::new(&self.scene, &mesh);
-        let room = tables.room(matrix.views()).with_lights(&lights).unwrap();
-        let coloured = Coloured::new(&room, self.walls()).unwrap();
+        let room = tables.room().with_lights(&lights).unwrap();
+        let coloured = room.with_colours(self.tables.tint::<4>()).unwrap();
+        let mut v = vec![0.0; mesh.len() * CHANNELS * B];
         for (cell, own) in v.chunks_exact_mut(CHANNELS * B).enumerate() {
+            coarse.step::<_, B>(&coloured, cell, own);
             subtract_lights::<_, B>(&coloured, cell, own);
         }
         let rays = RaySetup::<_, B>::new(&coloured, &v)
@@ -122,12 +124,13 @@ impl Colours {
             .unwrap();
         let direct = match lights.as_slice() {
             [] => Vec::new(),
-            lights => DirectLight::of_channels(&self.scene, lights, &self.walls()).unwrap(),
+            lights => {
+                DirectLight::of_channels(&self.scene, lights, &self.tables.tint::<4>()).unwrap()
+            }
         };
         Solved {
             colours: self,
             mesh,
-            matrix,
             v,
             lights,
             rays,
@@ -140,7 +143,6 @@ impl Colours {
 struct Solved<'c> {
     colours: &'c Colours,
     mesh: Mesh,
-    matrix: Matrix,
     v: Vec<f64>,
     lights: Vec<u32>,
     rays: RayTables<f64>,
@@ -150,21 +152,17 @@ struct Solved<'c> {
 impl Solved<'_> {
     fn with<F: Real, R, const B: usize>(
         &self,
-        then: impl FnOnce(&Coloured<'_, '_, F>, &Rays<'_, '_, '_, F, B>, &MeanOver<'_, '_, F>) -> R,
+        then: impl FnOnce(&Coloured<'_, F>, &Rays<'_, '_, F, B>, &Means<'_, '_, F>) -> R,
     ) -> R {
         let tables = Tables::<F>::new(&self.colours.scene, &self.mesh);
-        let room = tables.room(self.matrix.views());
+        let room = tables.room();
         let room = room.with_lights(&self.lights).unwrap();
         let rounded = |all: &[f64]| all.iter().map(|&x| F::from_f64(x)).collect::<Vec<F>>();
-        let (reflectances, emissions) = (
-            rounded(&self.colours.reflectances),
-            rounded(&self.colours.emissions),
-        );
-        let walls = WallColours::new(CHANNELS, (&reflectances, &emissions)).unwrap();
-        let coloured = Coloured::new(&room, walls).unwrap();
+        let colours = self.colours.tables.rounded::<F>();
+        let coloured = room.with_colours(colours.tint()).unwrap();
         let (v, rays) = (rounded(&self.v), self.rays.rounded::<F>().unwrap());
         let neighbour = rays.neighbour::<_, B>(&coloured, &v).unwrap();
-        then(&coloured, &neighbour, &MeanOver::everything(&room))
+        then(&coloured, &neighbour, &MeanOver::everything(&coloured))
     }
 
     /// v of a channel.
@@ -174,7 +172,7 @@ impl Solved<'_> {
     }
 
     /// (F_s,c, Φ) and (v_c, Φ) of the mean over all walls in every channel.
-    fn means<F: Real, const B: usize>(&self, mean: &MeanOver<'_, '_, F>) -> [Numbers<f64>; 2] {
+    fn means<F: Real, const B: usize>(&self, mean: &Means<'_, '_, F>) -> [Numbers<f64>; 2] {
         let walls = 0..self.colours.scene.geometry().walls().len();
         let of = |channel: usize, of: &dyn Fn(&DirectLight) -> f64| {
             self.direct.get(channel).map_or(0.0, of)
@@ -192,9 +190,9 @@ impl Solved<'_> {
     /// All channels and their weighted sum, by walks that share their steps: with the neighbour equation, and with none.
     fn walk<F: Real, const B: usize>(
         &self,
-        coloured: &Coloured<'_, '_, F>,
-        rays: &Rays<'_, '_, '_, F, B>,
-        mean: &MeanOver<'_, '_, F>,
+        coloured: &Coloured<'_, F>,
+        rays: &Rays<'_, '_, F, B>,
+        mean: &Means<'_, '_, F>,
         options: WalkOptions,
         walks: u64,
     ) -> [Vec<Statistics>; 2] {
@@ -210,7 +208,7 @@ impl Solved<'_> {
 fn walk_all<F, E, N>(
     equation: &E,
     neighbour: &N,
-    (mean, [known, value]): (&MeanOver<'_, '_, F>, [Numbers<f64>; 2]),
+    (mean, [known, value]): (&Means<'_, '_, F>, [Numbers<f64>; 2]),
     options: WalkOptions,
     walks: u64,
 ) -> [Vec<Statistics>; 2]
@@ -278,12 +276,12 @@ fn furnaces_in_colours() {
 /// The largest difference of what one ray tells of all G_c from their means by form factors, over what is allowed, in six points.
 fn largest(
     solved: &Solved<'_>,
-    coloured: &Coloured<'_, '_, f64>,
-    rays: &Rays<'_, '_, '_, f64, 2>,
+    coloured: &Coloured<'_, f64>,
+    rays: &Rays<'_, '_, f64, 2>,
     seed: u64,
 ) -> f64 {
     const DRAWS: u32 = 20_000;
-    let room = coloured.room();
+    let room = coloured;
     let mut draws = RngUniforms(<WalkSeeds>::new(seed, 0).generator(0));
     let mut worst: f64 = 0.0;
     for place in 0..6 {
@@ -373,8 +371,11 @@ fn a_shared_ray_costs_a_channel_little_variance() {
                 };
                 let alone = Colours {
                     scene: colours.scene.clone(),
-                    reflectances: copied(&colours.reflectances),
-                    emissions: copied(&colours.emissions),
+                    tables: ColourTables {
+                        channels: CHANNELS,
+                        reflectances: copied(&colours.tables.reflectances),
+                        emissions: copied(&colours.tables.emissions),
+                    },
                 };
                 ratios.push(shared[channel] / variances(&alone)[channel]);
             }
@@ -391,31 +392,31 @@ fn a_shared_ray_costs_a_channel_little_variance() {
 /// Tables and colours of another room or of other channels are refused.
 #[test]
 fn what_does_not_belong_together_is_refused() {
-    let numbers = [0.5; 8];
-    let channels = |channels| WallColours::new(channels, (&numbers, &numbers));
-    assert!(matches!(
-        channels(0),
-        Err(RoomError::Channels { channels: 0 })
-    ));
-    assert!(matches!(channels(129), Err(RoomError::Channels { .. })));
-    assert!(matches!(channels(3), Err(RoomError::Length { .. })));
-    let uneven = WallColours::new(2, (&numbers, &numbers[2..]));
-    assert!(matches!(
-        uneven,
-        Err(RoomError::Length {
-            expected: 8,
-            found: 6
-        })
-    ));
-
     let colours = Colours::furnace::<f64>(1);
     let solved = colours.solved::<1>(30, false);
     solved.with::<f64, _, 1>(|coloured, _, _| {
-        let other = WallColours::new(2, (&numbers, &numbers)).unwrap();
-        let refused = Coloured::new(coloured.room(), other).map(drop);
-        assert!(matches!(refused, Err(RoomError::Length { .. })));
-        let refused = ColouredRoom::<f64, 2>::new(coloured.room(), colours.walls()).map(drop);
-        assert!(matches!(refused, Err(RoomError::Channels { channels: 3 })));
+        let numbers = [0.5; 8];
+        let of = |channels| Tints::<_, 4> {
+            channels,
+            reflectances: &numbers,
+            emissions: &numbers,
+        };
+        // Of another room, of no channel, and of more than a value holds.
+        for other in [of(2), of(0), of(5)] {
+            let refused = coloured.grey().with_colours(other).map(drop);
+            assert!(matches!(refused, Err(RoomError::Length { .. })));
+        }
+        let refused = coloured
+            .grey()
+            .with_colours(colours.tables.tint::<2>())
+            .map(drop);
+        assert!(matches!(
+            refused,
+            Err(RoomError::Length {
+                expected: 2,
+                found: 3
+            })
+        ));
         let control = solved.rays.control();
         let short = RayControl {
             intervals: &control.intervals[1..],

@@ -4,9 +4,9 @@
 use fredholm_core::{
     Goal, Located, Neighbour, RngUniforms, Space, Uniforms, WalkOptions, WalkSeeds,
 };
-use fredholm_room::{Choice, Grading, MeanOver, Point, Room};
+use fredholm_room::{Grading, MeanOver, Room};
 use fredholm_tests::check::{long, neighbour_equation};
-use fredholm_tests::room::{Setup, described, furnished};
+use fredholm_tests::room::{AnyNeighbour, Setup, Way, described, furnished};
 use fredholm_tests::run;
 
 /// Random rooms. Rules and constants of the neighbour equation were looked at on other seeds than 100 and above.
@@ -27,7 +27,7 @@ fn what_is_drawn_has_the_mean_and_the_variance_that_it_should() {
     for seed in seeds() {
         let setup = random(seed);
         let mut sums = [0.0; 2];
-        setup.with_rays::<f64, _>(|room, neighbour| {
+        setup.with::<f64, _>(Way::Rays, |room, neighbour, _| {
             let mut draws = RngUniforms(<WalkSeeds>::new(seed, 0).generator(0));
             for place in 0..6 {
                 let cell = place * (setup.mesh.len() - 1) / 5;
@@ -60,19 +60,13 @@ fn what_is_drawn_has_the_mean_and_the_variance_that_it_should() {
 fn a_ray_costs_little_variance() {
     for seed in seeds() {
         let setup = random(seed);
-        let v = &setup.solution.v;
-        let exact =
-            setup.with::<f64, _>(Choice::Pointwise, |room, pairs, _| variance(room, pairs, v));
-        let rays = setup.with_rays::<f64, _>(|room, rays| variance(room, rays, v));
+        let [exact, rays] = [Way::Exact, Way::Rays].map(|way| setup.with::<f64, _>(way, variance));
         assert!(rays < 1.5 * exact, "seed {seed}: {rays} {exact}");
     }
 }
 
 /// The variance of a walk of the mean over all walls.
-fn variance<N>(room: &Room<'_, f64>, neighbour: &N, v: &[f64]) -> f64
-where
-    N: Neighbour<Scalar = f64, Point = Point<f64>, Value = f64> + Sync,
-{
+fn variance(room: &Room<'_, f64>, neighbour: &AnyNeighbour<'_, f64>, v: &[f64]) -> f64 {
     let mean = MeanOver::everything(room);
     let value = mean.of(v);
     let goal = Goal::new(mean, Some(value));
@@ -94,8 +88,7 @@ enum Fault {
 }
 
 /// The G of rays with a fault.
-#[derive(Debug)]
-struct Faulty<'n, N>(&'n N, Fault);
+struct Faulty<'n, N: ?Sized>(&'n N, Fault);
 
 /// One number again and again.
 struct Same;
@@ -106,12 +99,12 @@ impl Uniforms<f64> for Same {
     }
 }
 
-impl<N: Neighbour<Scalar = f64, Value = f64>> Space for Faulty<'_, N> {
+impl<N: Neighbour<Scalar = f64, Value = f64> + ?Sized> Space for Faulty<'_, N> {
     type Scalar = f64;
     type Point = N::Point;
 }
 
-impl<N: Neighbour<Scalar = f64, Value = f64>> Neighbour for Faulty<'_, N> {
+impl<N: Neighbour<Scalar = f64, Value = f64> + ?Sized> Neighbour for Faulty<'_, N> {
     type Value = f64;
 
     fn locate(&self, x: N::Point) -> Located<N::Point> {
@@ -142,8 +135,8 @@ fn the_kit_finds_a_broken_ray() {
     const CELLS: usize = 60;
     let drawing = furnished();
     let setup = Setup::new::<f64>(&drawing, CELLS, Grading::default()).unwrap();
-    described::<f64, _, 1>(&drawing, CELLS, 1.0, |described| {
-        setup.with_rays::<f64, _>(|_, rays| {
+    described::<f64, _>(&drawing, CELLS, 1.0, |described| {
+        setup.with::<f64, _>(Way::Rays, |_, rays, _| {
             for fault in [Fault::Nothing, Fault::Control, Fault::Draws] {
                 for seed in [1, 2, 3] {
                     let outcome = neighbour_equation(described, &Faulty(rays, fault), seed);

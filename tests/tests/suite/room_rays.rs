@@ -1,7 +1,7 @@
 //! No ray leaves a closed room; rays end where the nearest wall is.
 
 use fredholm_core::{Chain, DefaultGenerator, Real, RngUniforms, Uniforms, WalkSeeds};
-use fredholm_room::{Enclosure, Grading, Material, Mesh, Scene, Surface, Tables, VisibilityTable};
+use fredholm_room::{Enclosure, Grading, Material, Mesh, Scene, Surface, Tables};
 use fredholm_tests::room::{Drawing, crowd, scenes, square};
 
 /// Turned, shrunk and moved far away: no vertex that lies on a wall does so exactly.
@@ -47,7 +47,7 @@ fn tables<F: Real>(drawing: &Drawing) -> Tables<F> {
 /// vertices. Returns how many.
 fn rays<F: Real>(drawing: &Drawing, steps: u64) -> u64 {
     let tables = tables::<F>(drawing);
-    let room = tables.room(VisibilityTable::none());
+    let room = tables.room();
     let walls = room.geometry().walls();
     let mut uniforms = RngUniforms(WalkSeeds::<DefaultGenerator>::new(1, 0).generator(0));
     let lost = |what: &str, x: [F; 2]| -> ! {
@@ -119,7 +119,7 @@ fn the_hierarchy_finds_what_a_search_of_all_walls_finds() {
     for drawing in scenes().into_iter().chain([spiky(), crowd(3000)]) {
         let tables = tables::<f64>(&drawing);
         let geometry = tables.geometry();
-        let room = tables.room(VisibilityTable::none());
+        let room = tables.room();
         let mut uniforms = RngUniforms(WalkSeeds::<DefaultGenerator>::new(2, 0).generator(0));
         let mut draw = || -> f64 { uniforms.uniform() };
         for _ in 0..3_000 {

@@ -1,9 +1,9 @@
 //! What surfaces and points of a room receive: irradiance, net fluxes, directions.
 
 use fredholm_core::{At, Estimator, Goal, NoNeighbour, Real, WalkOptions};
-use fredholm_room::{Choice, Grading, Irradiance, Material, MeanOver, Seen};
+use fredholm_room::{Grading, Irradiance, Material, MeanOver, Seen};
 use fredholm_tests::check::{STANDARD_ERRORS, means};
-use fredholm_tests::room::{CHOICES, Drawing, Setup, assert_ok, block, furnace, glowing, scenes};
+use fredholm_tests::room::{Drawing, Setup, WAYS, Way, assert_ok, block, furnace, glowing, scenes};
 use fredholm_tests::{absorbed, run};
 
 #[test]
@@ -26,7 +26,7 @@ fn irradiance_needs_no_reflectance() {
         ..drawing
     };
     let setup = Setup::new::<f64>(&drawing, 100, Grading::default()).unwrap();
-    setup.with::<f64, _>(Choice::Default, |room, neighbour, v| {
+    setup.with::<f64, _>(Way::Rays, |room, neighbour, v| {
         let x = room.on_wall(0, 0.37).unwrap();
         let value = room.irradiance_of::<f64, 1>(&x, v);
         let point = Goal::new(Irradiance(At(x)), Some(value));
@@ -51,8 +51,8 @@ fn an_open_scene_loses_light() {
     let setup = Setup::new::<f64>(&drawing, 50, Grading::default()).unwrap();
     let sine = |d: f64| d / (d * d + 0.25).sqrt();
     let exact = 0.5 * (sine(0.7) + sine(0.3));
-    for choice in CHOICES {
-        setup.with::<f64, _>(choice, |room, neighbour, v| {
+    for way in WAYS {
+        setup.with::<f64, _>(way, |room, neighbour, v| {
             let x = room.on_wall(0, 0.3).unwrap();
             let value = room.irradiance_of::<f64, 1>(&x, v);
             // The lamp gets nothing back from black: v is exact.
@@ -71,7 +71,7 @@ fn an_open_scene_loses_light() {
 fn the_energy_of_a_furnace_is_balanced() {
     let drawing = furnace();
     let setup = Setup::new::<f64>(&drawing, 400, Grading::default()).unwrap();
-    setup.with::<f64, _>(Choice::Default, |room, neighbour, v| {
+    setup.with::<f64, _>(Way::Rays, |room, neighbour, v| {
         let mean = MeanOver::everything(room);
         let out = Goal::new(mean.clone(), Some(mean.of(v)));
         let into = Goal::new(Irradiance(mean), None);
@@ -101,7 +101,7 @@ fn a_point_between_walls_sees_them() {
         .line(&[[1.0, 0.5], [0.0, 0.5]], 0.5, 1.0);
     drawing.open = true;
     let setup = Setup::new::<f64>(&drawing, 50, Grading::default()).unwrap();
-    setup.with::<f64, _>(Choice::Default, |room, _, _| {
+    setup.with::<f64, _>(Way::Rays, |room, _, _| {
         let seen = |position| {
             let goal = Goal::new(Seen { room, position }, None);
             let none = NoNeighbour::new(room);
@@ -136,7 +136,7 @@ fn a_baffle_takes_its_angle_from_the_lamp() {
         .line(&[[1.0, 0.5], [1.0, 0.0]], 0.0, 0.0)
         .line(&[[1.0, 0.0], [1.0, 0.5]], 0.0, 0.0);
     let setup = Setup::new::<f64>(&drawing, 60, Grading::default()).unwrap();
-    setup.with::<f64, _>(Choice::Pointwise, |room, _, v| {
+    setup.with::<f64, _>(Way::Exact, |room, _, v| {
         // The line from (1.5, y) over the baffle's top meets the lamp at 1.5 − 2y.
         for (y, lowest) in [(0.1, 1.3), (0.25, 1.0), (0.4, 0.7), (0.75, 0.0), (0.9, 0.0)] {
             let position = [1.5, y];
@@ -160,7 +160,7 @@ fn walls_fill_all_directions_in_the_room_and_none_outside() {
     fn in_scalar<F: Real>() {
         for drawing in scenes().into_iter().filter(|drawing| !drawing.open) {
             let setup = Setup::new::<F>(&drawing, 100, Grading::default()).unwrap();
-            setup.with::<F, _>(Choice::Pointwise, |room, neighbour, v| {
+            setup.with::<F, _>(Way::Exact, |room, neighbour, v| {
                 let ends = || room.geometry().walls().iter().flat_map(|wall| wall.ends);
                 let at = |k: usize| ends().map(move |end| end[k].to_f64());
                 let [low, high] = [

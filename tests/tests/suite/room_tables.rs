@@ -1,29 +1,8 @@
-//! Tables of a room: those that do not belong together, and none at all.
+//! Tables of a room: those that do not belong together.
 
 use fredholm_room::{
-    Edge, Geometry, Grading, Node, Partition, PartitionTables, Room, RoomError, RoomPairs, Strip,
-    Tables, VisibilityTable, Wall,
+    Edge, Geometry, Node, Partition, PartitionTables, Room, RoomError, Strip, Wall,
 };
-use fredholm_tests::check::neighbour_equation;
-use fredholm_tests::room::{CHOICES, Setup, assert_ok, block, described};
-
-/// Without a table of views all pairs are partly seen: slower, and the same equation.
-#[test]
-fn no_views_are_right_too() {
-    let setup = Setup::new::<f64>(&block(), 24, Grading::default()).unwrap();
-    let tables = Tables::<f64>::new(&setup.scene, &setup.mesh);
-    let views = VisibilityTable::none();
-    let (room, dense) = (tables.room(views), setup.matrix.coefficients());
-    for choice in CHOICES {
-        let pairs = RoomPairs { views, choice };
-        let vectors = setup.solution.for_walks::<f64, _>(&dense, pairs).unwrap();
-        let neighbour = vectors.with_pointwise::<_, _, 1>(&room, &dense).unwrap();
-        described::<f64, _, 1>(&block(), 24, 1.0, |described| {
-            let result = neighbour_equation(described, &neighbour, 1);
-            assert_ok(&block(), &format!("{choice:?}"), result);
-        });
-    }
-}
 
 #[test]
 fn tables_that_do_not_belong_together() {
@@ -137,20 +116,13 @@ fn tables_that_do_not_belong_together() {
     assert_eq!(cells(&edges[..2], &[0], &[0, 1]), bad);
     let twice = [edge(0.0), edge(0.0), edge(1.0)];
     assert_eq!(cells(&twice, &[0, 0], &[0, 2]), bad);
-    assert_eq!(VisibilityTable::new(&[0; 4], 2).err(), None);
-    assert_eq!(VisibilityTable::new(&[4; 4], 2).err(), bad);
-    let length = RoomError::Length {
-        expected: 4,
-        found: 3,
-    };
-    assert_eq!(VisibilityTable::new(&[0; 3], 2).err(), Some(length));
     let tables = PartitionTables {
         edges: &edges,
         walls: &[0, 0],
         first: &[0, 2],
     };
     let partition = Partition::new(&good, tables).unwrap();
-    let room = Room::new(good, partition, &[0.0], VisibilityTable::none());
+    let room = Room::new(good, partition, &[0.0]);
     let length = RoomError::Length {
         expected: 2,
         found: 1,

@@ -10,14 +10,12 @@ use fredholm_core::{
 };
 use fredholm_cube::{CubeRule, Mean, model};
 use fredholm_rayon::{fill_rows, run};
-use fredholm_room::{Choice, Grading, RoomQuadrature};
 use fredholm_tests::check::long;
 use fredholm_tests::circle::{
     DEFAULT, LIGHT, Owned, PAPER, RHO, circle as of_arcs, with_piecewise, with_polynomials,
 };
 use fredholm_tests::cube::{ALL, with_degree};
 use fredholm_tests::quadrature::gauss_legendre;
-use fredholm_tests::room::{Setup, doorway, facet, furnished, square};
 use fredholm_tests::{Objects, absorbed, all_ways};
 use fredholm_variance::{
     Analysis, Bounds, Density, Parts, Pass, Prediction, Quadrature, Start, Step, VarianceSetup,
@@ -358,43 +356,5 @@ fn cubes() {
         on_cube::<1, 4>(20);
         on_cube::<2, 1>(10);
         on_cube::<3, 1>(6);
-    }
-}
-
-#[test]
-fn rooms() {
-    let rooms = [
-        (square(), 100),
-        (furnished(), 400),
-        (doorway(), 300),
-        (facet(), 300),
-    ];
-    for (drawing, cells) in rooms.into_iter().take(if long() { 4 } else { 2 }) {
-        let setup = Setup::new::<f64>(&drawing, cells, Grading::default()).unwrap();
-        for choice in [Choice::Default, Choice::Paper] {
-            setup.with::<f64, _>(choice, |room, neighbour, v| {
-                let setting = VarianceSetup {
-                    equation: room,
-                    neighbour,
-                    pairs: fredholm_room::RoomPairs {
-                        views: room.views(),
-                        choice,
-                    },
-                    quadrature: &RoomQuadrature::new(room, 800, 0).unwrap(),
-                    absorption: Absorption::Roulette,
-                };
-                let walls = room.geometry().walls().iter();
-                let length: f64 = walls.map(|wall| wall.length).sum();
-                let density = |_: &_| Density::uniform(length);
-                let mean = fredholm_room::MeanOver::everything(room);
-                let value = mean.of(v);
-                compare(
-                    &format!("{}, {choice:?}, mean", drawing.name),
-                    setting,
-                    Start::Density(&density),
-                    &Goal::new(mean, Some(value)),
-                );
-            });
-        }
     }
 }

@@ -7,21 +7,22 @@ use core::f64::consts::TAU;
 use core::fmt::Write;
 
 use expect_test::expect_file;
+use fredholm_core::galerkin::PairTable;
 use fredholm_core::galerkin::{
-    AllPointwise, Coefficients, DiagonalRule, PairIntegral, Pairs, Piecewise, Solution,
-    TransitionMoments, degree_of, functions,
+    AllPointwise, Coefficients, PairIntegral, Pairs, Piecewise, Solution, TransitionMoments,
+    degree_of, functions,
 };
 use fredholm_core::{
     Batch, Equation, Goal, Job, Neighbour, NeighbourOf, NoNeighbour, RngUniforms, Uniforms,
     WalkSeeds,
 };
 use fredholm_cube::{Cube, CubeRule, model};
-use fredholm_room::{Grading, RoomPairs};
+use fredholm_room::{Grading, paper_pairs};
 use fredholm_tests::check::Among;
 use fredholm_tests::circle::{DEFAULT, IN_S, LIGHT, PAPER, RHO};
 use fredholm_tests::counted::{COLUMNS, Counted, Counts};
 use fredholm_tests::cube::{ALL, OUTSIDE, POINTWISE, solved};
-use fredholm_tests::room::{CHOICES, Drawing, Setup, block, square, yard};
+use fredholm_tests::room::{Drawing, Setup, block, square, yard};
 use fredholm_tests::{Objects, all_ways};
 
 const WALKS: u64 = 1000;
@@ -103,13 +104,14 @@ impl<P: Copy + Send + Sync> Lines<'_, P> {
     }
 
     /// With pairs in S or left out.
-    fn without_pointwise<E, C, const B: usize>(
+    fn without_pointwise<E, C, S, const B: usize>(
         &mut self,
         name: &str,
         (problem, coefficients): (&E, &C),
-        pairs: DiagonalRule,
+        pairs: S,
         solution: &Solution,
     ) where
+        S: Pairs + Copy + Sync,
         E: Equation<Scalar = f64, Point = P, Value = f64> + TransitionMoments<B> + Sync,
         C: Coefficients<B, Scalar = f64> + Sync,
     {
@@ -171,31 +173,26 @@ fn cube<const D: usize, const B: usize>(table: &mut String, cells: usize) {
     }
     let cube = cube.with_functions::<B>();
     for (name, pairs) in [("all in S", ALL), ("diag out", OUTSIDE)] {
-        lines.without_pointwise::<_, _, B>(name, (&cube, &tables), pairs, &solution);
+        lines.without_pointwise::<_, _, _, B>(name, (&cube, &tables), pairs, &solution);
     }
 }
 
-fn room<const B: usize>(table: &mut String, drawing: &Drawing, cells: usize) {
-    let setup = Setup::<B>::of_degree::<f64>(drawing, cells, Grading::default()).unwrap();
+fn room(table: &mut String, drawing: &Drawing, cells: usize) {
+    let setup = Setup::new::<f64>(drawing, cells, Grading::default()).unwrap();
     let tables = fredholm_room::Tables::<f64>::new(&setup.scene, &setup.mesh);
-    let views = setup.matrix.views();
-    let room = tables.room(views);
+    let room = tables.room();
     let walls = tables.geometry().walls().len();
     let at = |(n, &t): (usize, &f64)| room.on_wall(n % walls, t).unwrap();
     let mut lines = Lines {
         table,
-        scene: format!("{} {cells}, degree {}", drawing.name, B - 1),
+        scene: format!("{} {cells}", drawing.name),
         points: numbers().iter().enumerate().map(at).collect(),
     };
-    if B == 1 {
-        lines.plain(&room);
-    }
+    lines.plain(&room);
     let dense = setup.matrix.coefficients();
-    for choice in CHOICES {
-        let pairs = RoomPairs { views, choice };
-        let name = format!("{choice:?}").to_lowercase();
-        lines.with_pointwise::<_, _, _, B>(&name, (&room, &dense), pairs, &setup.solution);
-    }
+    let kinds = paper_pairs(&setup.scene, &room).unwrap();
+    let pairs = PairTable::new(&kinds, setup.mesh.len()).unwrap();
+    lines.without_pointwise::<_, _, _, 1>("paper", (&room, &dense), pairs, &setup.solution);
 }
 
 #[test]
@@ -230,13 +227,9 @@ fn walks_cost_and_vary_as_they_did() {
     cube::<3, { functions(3, 3) }>(all, 2);
     cube::<5, 1>(all, 2);
     cube::<5, { functions(5, 1) }>(all, 2);
-    room::<1>(all, &square(), 60);
-    room::<1>(all, &block(), 100);
-    room::<2>(all, &block(), 60);
-    room::<3>(all, &block(), 60);
-    room::<5>(all, &block(), 60);
-    room::<1>(all, &yard(), 30);
-    room::<4>(all, &yard(), 30);
+    room(all, &square(), 60);
+    room(all, &block(), 100);
+    room(all, &yard(), 30);
     // A table is for people: no blanks at the ends of lines.
     let table: String = table
         .lines()

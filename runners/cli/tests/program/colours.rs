@@ -426,7 +426,7 @@ fn what_channels_of_rooms_refuse() {
         ),
         (
             deck("degree = 2", "degree = 2\npairs = \"paper\""),
-            "leave `pairs` out",
+            "leave `pairs` and `method` out",
         ),
     ] {
         let file = folder.file("wrong.toml", &text);

@@ -22,7 +22,7 @@ fn equations() -> Vec<(usize, &'static str, &'static str, &'static str, usize)> 
         ),
         (
             1,
-            "kernel = 'abs(x - y) / 0.75'\nkernel_integral = '(y - x) * abs(y - x) / 1.5'",
+            "kernel = 'abs(x - y) / 0.75'",
             "x - (x^3 / 3 - x / 2 + 1 / 3) / 0.75",
             "x",
             20,
@@ -202,7 +202,7 @@ fn walks_without_mean_or_variance_are_refused() {
     let words = [
         "variance of a walk is infinite",
         "estimated spectral radius of 1.02",
-        "leave `absorption` out, or use one below 1.80e-1",
+        "leave `absorption` out, or use one below 1.8",
         "--allow-infinite-variance",
         "absorption = 0.2",
     ];
@@ -247,7 +247,7 @@ fn what_is_not_finite_is_shown_with_its_point() {
     // Its square is not integrable.
     refused(
         &solve("kernel = '0.1 / (x - y)'", "1", "[walk]\nmethod = 'walks'"),
-        &["variance of a walk is infinite", "like |x - y|^-1.00"],
+        &["`kernel` is inf at x = ", "take no singularity"],
     );
     refused(
         &solve("kernel_factors = ['sqrt(x - y)']", "1", ""),
@@ -272,34 +272,6 @@ fn what_is_not_finite_is_shown_with_its_point() {
         &["`weight` is inf at x = "],
     );
     assert_eq!(folder.names(), ["problem.toml"]);
-}
-
-#[test]
-fn a_wrong_integral_is_refused() {
-    let folder = Folder::new();
-    let kernel = "kernel = 'abs(x - y) / 0.75'\nkernel_integral = '(y - x) * abs(y - x) / 1.51'";
-    let walks = ["--method", "walks"];
-    let ran = folder.solve(&file(1, kernel, "1", &targets(1)), &walks);
-    refused(
-        &ran,
-        &["not the integral of the kernel", "/ 1.51'", "at x = 0.1"],
-    );
-    // Where it is right, the kink is on the diagonal and costs less.
-    let deviation = |kernel: &str| {
-        let problem = file(
-            1,
-            kernel,
-            "1",
-            &format!("[galerkin]\ncells = 8\n{}", targets(1)),
-        );
-        let flags = [&["--json"], &walks[..]].concat();
-        let json = folder.solve(&problem, &flags).quietly(0).json();
-        number(&list(&json, "targets")[1]["preconditioned"], "std_dev")
-    };
-    let jump = "kernel = 'x < y ? 0.8 : 0'";
-    let with = format!("{jump}\nkernel_integral = '0.8 * max(0, y - x)'");
-    let (with, without) = (deviation(&with), deviation(jump));
-    assert!(with < 0.8 * without, "{with} {without}");
 }
 
 #[test]
@@ -335,8 +307,6 @@ fn the_template_runs_as_it_stands() {
         assert!(table.contains(word), "{table}");
     }
     // Every line that is commented out is right where it stands.
-    let kink = template.replace("# kernel_integral", "kernel_integral");
-    folder.solve(&kink, &["--method", "walks"]).quietly(0);
     let mut all = template.clone();
     for key in [
         "cells",
@@ -370,10 +340,6 @@ fn the_template_runs_as_it_stands() {
 fn estimates_are_the_known_solutions_at_every_degree() {
     let folder = Folder::new();
     for (number, (dimension, kernel, source, solution, _)) in equations().into_iter().enumerate() {
-        // Of a kernel with a kink the diagonal is pointwise, and that is of degree 0.
-        if kernel.contains("kernel_integral") {
-            continue;
-        }
         let rest = format!(
             "solution = '{solution}'\n[galerkin]\ncells = 2\n[walk]\nwalks = 3000\n{}",
             targets(dimension)
@@ -388,7 +354,7 @@ fn estimates_are_the_known_solutions_at_every_degree() {
                 let flags = ["--json", "--degree", &degree, "--seed", &seed];
                 let flags = [flags.as_slice(), &["--scalar", scalar]].concat();
                 // In five dimensions few points meet what is large, and walks of the chain are the default.
-                let resolvent = (dimension < 5).then_some("resolvent");
+                let resolvent = (dimension < 5 && *scalar == "f64").then_some("resolvent");
                 for method in resolvent.into_iter().chain(["walks"]) {
                     let flags = [flags.as_slice(), &["--method", method]].concat();
                     check(&folder.solve(&problem, &flags), kernel);
@@ -408,16 +374,9 @@ fn degrees_that_are_not_offered() {
     };
     refused(&ran(3, kernel, "5", ""), &["--degree 5", "from 0 to 4"]);
     refused(&ran(4, kernel, "3", ""), &["--degree 3", "from 0 to 2"]);
-    let jump = "kernel = 'x < y ? 0.8 : 0'\nkernel_integral = '0.8 * max(0, y - x)'";
-    refused(
-        &ran(1, jump, "1", ""),
-        &["--degree 1", "pairs = \"paper\"", "degree = 0"],
-    );
-    refused(
-        &ran(1, jump, "1", "pairs = 'pointwise'"),
-        &["--degree 1", "paper"],
-    );
-    assert_eq!(ran(1, jump, "1", "pairs = 'paper'").status, Some(0));
+    let pointwise = ran(1, kernel, "1", "pairs = 'pointwise'");
+    refused(&pointwise, &["pointwise", "a cube has none"]);
+    assert_eq!(ran(1, kernel, "1", "pairs = 'paper'").status, Some(0));
     assert_eq!(ran(1, kernel, "1", "points = 1").status, Some(0));
 }
 
@@ -435,7 +394,11 @@ fn coefficients_larger_than_the_kernel_are_refused() {
             let flags = [&["--form", "product"], flags].concat();
             folder.solve(&file(1, kernel, "1", &rest), &flags)
         };
-        let words = ["1.13", "more cells or points", "--allow-infinite-variance"];
+        let words = [
+            "1.13",
+            "1 cells (more may help)",
+            "--allow-infinite-variance",
+        ];
         refused(&on(1, kernel, &[]), &words);
         assert_eq!(
             on(1, kernel, &["--allow-infinite-variance"]).status,

@@ -133,53 +133,6 @@ fn predictions_are_what_solve_measures() {
     agrees(ROOM, &["--pairs", "pointwise"]);
 }
 
-/// A singularity at x = y is not smooth on pairs of cells near the diagonal, and the advice is to make these pointwise. What follows it
-/// has a standard deviation at least three times smaller on the same cells.
-#[test]
-fn advice_is_worth_following() {
-    let folder = Folder::new();
-    let text = "[problem]
-kind = 'cube'
-dimension = 1
-kernel = '0.3 * abs(x - y)^-0.2'
-kernel_integral = 'y > x ? 0.375 * (y - x)^0.8 : -0.375 * (x - y)^0.8'
-source = '1 + x'
-[galerkin]
-cells = 10
-pairs = 'paper'
-[walk]
-walks = 20000
-[[target]]
-name = 'u'
-at = 0.37
-";
-    let file = folder.file("a.toml", text);
-    let run = |command: &[&str]| {
-        fredholm(&[command, &[&*file, "--json"]].concat())
-            .quietly(0)
-            .json()
-    };
-    let target = &list(&run(diagnose()), "targets")[0].clone();
-    let advice = list(target, "advice");
-    let advised = |words: &str| {
-        let mut lines = advice.iter().map(|line| line.as_str().unwrap());
-        lines.any(|line| line.contains(words))
-    };
-    assert!(
-        advised("steps from [0.25, 0.375] into [0.25, 0.375]"),
-        "{advice:?}"
-    );
-    assert!(advised("`pairs = \"default\"` makes √Var"), "{advice:?}");
-    assert!(number(&target["parts"], "kernel") > 0.9, "{target}");
-    assert!(number(target, "half_in") < 0.01, "{target}");
-    let sd = |pairs: &str| {
-        let json = run(&["solve", "--pairs", pairs]);
-        number(&list(&json, "targets")[0]["preconditioned"], "std_dev")
-    };
-    let (before, after) = (sd("paper"), sd("default"));
-    assert!(before > 3.0 * after, "{before} {after}");
-}
-
 #[test]
 fn one_result_for_any_number_of_threads() {
     let folder = Folder::new();

@@ -18,7 +18,7 @@ fn all_targets_come_from_one_set_of_walks() {
     let folder = Folder::new();
     for (file, targets) in [(CIRCLE, 6), (CUBE, 11)] {
         let report = folder
-            .solve(file, &["--global", "--json"])
+            .solve(file, &["--global", "--method", "walks", "--json"])
             .quietly(0)
             .json();
         let all = list(&report, "targets");
@@ -117,7 +117,8 @@ fn the_coefficients_are_the_function() {
     let folder = Folder::new();
     let out = folder.at("wf.json");
     let solved = |file: &str| {
-        folder.solve(file, &["--global", "--out", &out]).quietly(0);
+        let args = ["--global", "--method", "walks", "--out", &out];
+        folder.solve(file, &args).quietly(0);
         let text = std::fs::read_to_string(&out).unwrap();
         let document: serde_json::Value = serde_json::from_str(&text).unwrap();
         let all = &document["coefficients"];

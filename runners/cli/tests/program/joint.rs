@@ -72,33 +72,6 @@ fn many_targets_share_walks_where_that_is_faster() {
 }
 
 /// A polynomial solution: all walks of the global estimate agree to rounding, and v is exact.
-/// Where little error is left a global estimate of few cells is lifted, and agrees with separate walks.
-#[test]
-fn global_estimates_are_lifted_where_that_is_faster() {
-    let folder = Folder::new();
-    let file = "[problem]\nkind = 'cube'\ndimension = 2\nkernel = '0.5 * exp(-(x1 - y1)^2 - (x2 - y2)^2)'\n\
-                source = '1 + x1'\n[walk]\nmethod = 'walks'\ntarget_error = 1e-8\n[[target]]\nname = 'u'\ngrid = [6, 6]\n";
-    let lifted = folder.solve(file, &["--json"]).quietly(0).json();
-    assert_eq!(lifted["split"]["method"], "global estimate", "{lifted}");
-    assert_eq!(lifted["lift"], 6);
-    let alone = folder
-        .solve(file, &["--json", "--no-global", "--lift", "0"])
-        .quietly(0)
-        .json();
-    for (a, b) in list(&lifted, "targets").iter().zip(list(&alone, "targets")) {
-        let [a, b] = [a, b].map(|target| &target["preconditioned"]);
-        let error = number(a, "std_error");
-        assert!(error <= 1e-8);
-        let off = (number(a, "estimate") - number(b, "estimate")).abs();
-        assert!(off < 5.0 * error.hypot(number(b, "std_error")), "{a} {b}");
-    }
-    let without = folder
-        .solve(file, &["--json", "--lift", "0"])
-        .quietly(0)
-        .json();
-    assert!(without["lift"].is_null(), "{without}");
-}
-
 #[test]
 fn a_difference_that_is_none_is_no_error() {
     let folder = Folder::new();
@@ -181,38 +154,27 @@ fn random(number: u64) -> String {
     file
 }
 
-#[test]
-fn a_global_estimate_that_is_given_up_is_told() {
-    let folder = Folder::new();
-    // Jumps of a kernel in two dimensions are off the edges of cells, which rules of T_K do not see; few points tell less of it than
-    // all do.
-    let file = "[problem]\nkind = 'cube'\ndimension = 2\nkernel_factors = ['abs(x - y) < 0.25 ? 0.8 : 0', 'abs(x - y) < 0.25 ? 0.8 : 0']\n\
-        source = '1 + x1'\n[walk]\nmethod = 'walks'\ntarget_error = 1e-3\nrelative = true\n[[target]]\nname = 'u'\ngrid = [7, 7]\n";
-    let ran = folder.solve(file, &[]);
-    let told = "(global estimate), predicted to take about ";
-    assert!(ran.stdout.contains(told), "{ran:?}");
-    let split = folder.solve(file, &["--json"]).json()["split"].clone();
-    assert_eq!(split["method"], "preconditioned");
-    assert_eq!(split["whole_given_up"], true);
-}
-
-/// Where one set of walks takes less than separate walks, pilots take no longer than the answer, half as long again at most: they took
-/// 12 seconds for one of a second.
+/// Where one set of walks takes less than separate walks, it does so with its pilots; and these take no longer than an answer of seconds,
+/// half as long again at most: they took 12 seconds for one of a second.
 #[test]
 fn pilots_of_separate_walks_end_where_one_set_is_better() {
     let folder = Folder::new();
-    let file = "[problem]\nkind = 'cube'\ndimension = 1\ndomain = [[-1, 1]]\nkernel = 'abs(x - y) < 0.5 ? 0.4 : 0'\n\
-        source = 'x < 0.3 ? 1 : 0'\n[walk]\nmethod = 'walks'\ntarget_error = 2e-5\n[[target]]\nname = 'u'\ngrid = 41\n";
-    let split = folder.solve(file, &["--json"]).quietly(0).json()["split"].clone();
-    assert_eq!(split["method"], "global estimate", "{split}");
-    let of = |field| number(&split, field);
-    let walks = of("predicted_walk_seconds");
-    assert!(of("predicted_pilot_seconds") < 1.5 * walks, "{split}");
-    assert!(walks < of("predicted_separate_seconds"), "{split}");
+    for error in ["1e-6", "1e-8"] {
+        let file = format!(
+            "[problem]\nkind = 'cube'\ndimension = 1\ndomain = [[-1, 1]]\nkernel = '0.4 * exp(-abs(x - y))'\n\
+             source = '1 + x'\n[walk]\nmethod = 'walks'\ntarget_error = {error}\n[[target]]\nname = 'u'\ngrid = 41\n"
+        );
+        let split = folder.solve(&file, &["--json"]).quietly(0).json()["split"].clone();
+        assert_eq!(split["method"], "global estimate", "{split}");
+        let of = |field| number(&split, field);
+        let (walks, pilots) = (of("predicted_walk_seconds"), of("predicted_pilot_seconds"));
+        assert!(pilots + walks < of("predicted_separate_seconds"), "{split}");
+        assert!(walks < 1.0 || pilots < 1.5 * walks, "{split}");
+    }
 }
 
 /// Problems with an even number were looked at while the decision was made. Times are measured on one thread and printed: of the
-/// choice, with separate walks, and with neither a sequence nor a lift; the values of all agree.
+/// choice, with separate walks, and without a sequence; the values of all agree.
 #[test]
 fn a_random_family_takes_no_longer_together() {
     let seconds = |json: &Value| {
@@ -234,7 +196,7 @@ fn a_random_family_takes_no_longer_together() {
         let all = [
             solve(&[]),
             solve(&["--no-global"]),
-            solve(&["--sequence", "random", "--lift", "0"]),
+            solve(&["--sequence", "random"]),
         ];
         let [Some(open), Some(alone), Some(without)] = all else {
             println!("{problem:>3}: ended with a reason");

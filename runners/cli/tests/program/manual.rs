@@ -18,7 +18,7 @@ use common::{Folder, Ran, command, fredholm, wait};
 /// What other commands of the manual begin with: these are for people and for CI.
 const OTHERS: [&str; 10] = [
     "cargo run --release -p fredholm --example",
-    "cargo run --profile dist -p fredholm --example",
+    "cargo run --profile dist -p fredholm --features measure --example",
     "cargo test",
     "FREDHOLM_LONG=1 cargo test",
     "cargo bench",

@@ -96,6 +96,30 @@ fn merged_parts_are_one_run() {
     }
 }
 
+/// The batches of resolvent walks are samples of their own.
+#[test]
+fn parts_of_any_equation_are_one_run() {
+    let problem = "[problem]\nkind = 'cube'\ndimension = 1\nkernel = '2 * exp(-(x - y)^2)'\nsource = '1 + x'\n\
+        [galerkin]\ncells = 6\n[walk]\nwalks = 20000\nbatch = 256\n\
+        [[target]]\nname = 'u'\nat = 0.3\n[[target]]\nname = 'mean'\nover = 'all'\n";
+    let folder = Folder::new();
+    let paths = parts(&folder, problem, 3, &[]);
+    let ran = merge(&paths, &["--json"]);
+    assert_eq!((ran.status, ran.timeless()), (Some(0), whole(problem, &[])));
+    let report = ran.json();
+    assert_eq!(report["method"], "resolvent");
+    // Two resolutions of a Nyström scheme.
+    let exact = [-2.443_115_819_070_29, -2.041_824_202_519_37];
+    for (target, exact) in list(&report, "targets").iter().zip(exact) {
+        let found = &target["preconditioned"];
+        let [value, bar] = ["estimate", "std_error"].map(|name| number(found, name));
+        assert!(
+            bar < 1e-6 && (value - exact).abs() < 4.9 * bar,
+            "{value} {bar}"
+        );
+    }
+}
+
 #[test]
 fn what_is_missing_is_said_and_the_longest_front_is_the_result() {
     let folder = Folder::new();
@@ -355,7 +379,7 @@ fn parts_of_a_file_that_leaves_cells_open_choose_the_same() {
         (expected.status, expected.timeless()),
         "{ran:?}"
     );
-    assert!(ran.json()["split"].is_object());
+    assert!(ran.json()["resolvent"].is_object());
     // And one that is kept is the one that is not.
     let save = folder.at("run");
     let kept = folder.solve(&open, &["--json", "--save", &save]);

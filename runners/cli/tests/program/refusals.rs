@@ -182,17 +182,10 @@ fn degrees() {
 fn walks() {
     replaced(
         "walks = 20000",
-        "walks = 0",
-        "0\nabs",
-        &["`walks`", "at least 1"],
-    );
-    replaced(
-        "walks = 20000",
         "walks = 1e5",
         "1e5",
         &["`walks`", "write 100000"],
     );
-    refused_flags(&["--walks", "0"], &["--walks 0", "at least 1"]);
     refused_flags(&["--walks", "1e5"], &["--walks", "1e5"]);
     for absorption in ["0", "1", "0.0", "1.0", "-0.2", "1.5"] {
         replaced(

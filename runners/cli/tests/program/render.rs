@@ -153,7 +153,12 @@ fn a_furnace_has_one_colour() {
         sum += seen - 1.0;
         variance += if error.is_nan() { 0.0 } else { error * error };
     }
-    assert!(sum.abs() < 4.0 * variance.sqrt(), "{sum} {variance}");
+    // v may be 1 up to rounding, which is half a unit of the last place for a pixel and its twenty operations.
+    let rounding = 10.0 * f64::EPSILON * rows.len() as f64;
+    assert!(
+        sum.abs() < 4.0 * variance.sqrt() + rounding,
+        "{sum} {variance}"
+    );
     let args = ["--width", "250", "--walks", "50", "--json"];
     let json = render(&folder, &furnace(), "a.png", &args)
         .quietly(0)

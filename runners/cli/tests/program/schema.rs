@@ -183,7 +183,7 @@ fn reports_are_what_their_schema_says() {
                 "1",
             ],
         ),
-        run(CUBE, &["--global", "--lift", "2"]),
+        run(CUBE, &["--global"]),
         run(spike, &["--allow-infinite-variance"]),
         run(line, &[]),
         run(line, &["--method", "walks"]),

@@ -1,4 +1,4 @@
-//! Walks that draw from a sequence, or follow a lift, where nothing is said of it.
+//! Walks that draw from a sequence, where nothing is said of it.
 
 use crate::common;
 
@@ -26,7 +26,7 @@ fn assert_agree(a: &Value, b: &Value, error: f64) {
 fn a_sequence_is_chosen_where_it_pays() {
     let folder = Folder::new();
     let solve = |file: &str, flags: &[&str]| {
-        let all: Vec<&str> = [&["--json", "--no-global"], flags].concat();
+        let all: Vec<&str> = [&["--method", "walks", "--json", "--no-global"], flags].concat();
         folder.solve(file, &all).quietly(0).json()
     };
     let chosen = solve(KINK, &[]);
@@ -40,11 +40,25 @@ fn a_sequence_is_chosen_where_it_pays() {
             .map(|target| number(target, of))
             .sum()
     };
-    // As many walks as four times fewer states: they are longer.
+    // As many walks as four times fewer states on the same cells: they are longer. Without a sequence other cells are better.
+    let [cells, degree] = ["cells", "degree"].map(|key| chosen[key].to_string());
+    let same = [
+        ["--sequence", "random"],
+        ["--cells", &cells],
+        ["--degree", &degree],
+        ["--walks", "100000000"],
+    ];
+    let alone = solve(KINK, &same.concat());
+    assert_agree(&chosen, &alone, 5e-6);
     assert!(
-        4.0 * all(&chosen, "walks") < all(&random, "walks"),
-        "{chosen} {random}"
+        4.0 * all(&chosen, "walks") < all(&alone, "walks"),
+        "{chosen} {alone}"
     );
+    let predicted = |json: &Value| {
+        let split = &json["split"];
+        number(split, "predicted_setup_seconds") + number(split, "predicted_walk_seconds")
+    };
+    assert!(predicted(&chosen) < predicted(&random), "{chosen} {random}");
     for target in list(&chosen, "targets") {
         assert!(number(target, "replicates") >= 32.0, "{target}");
     }
@@ -76,58 +90,4 @@ fn a_sequence_that_is_asked_for_is_kept() {
     assert_eq!(over["targets"], asked["targets"]);
     let random = solve("5e-6", "sequence = 'random'", &["--no-global"]);
     assert!(random["sequence"].is_null(), "{random}");
-}
-
-/// A smooth kernel and an error that degree 4 takes many cells for.
-const SMOOTH: &str = "[problem]\nkind = 'cube'\ndimension = 2\nkernel = '0.5 * exp(-(x1 - y1)^2 - (x2 - y2)^2)'\n\
-    source = '1 + x1 * x2'\n[walk]\ntarget_error = 1e-10\n[[target]]\nname = 'u'\nat = [0.3, 0.4]\n";
-
-#[test]
-fn a_lift_is_chosen_where_it_pays() {
-    let folder = Folder::new();
-    let solve = |flags: &[&str]| {
-        let all: Vec<&str> = [&["--json", "--method", "walks"], flags].concat();
-        folder.solve(SMOOTH, &all).quietly(0).json()
-    };
-    let (chosen, without) = (solve(&[]), solve(&["--lift", "0"]));
-    assert_eq!(chosen["lift"], 6, "{chosen}");
-    assert!(without["lift"].is_null(), "{without}");
-    assert!(number(&chosen, "unknowns") < number(&without, "unknowns"));
-    assert_agree(&chosen, &without, 1e-10);
-    let threads = solve(&["--threads", "1"]);
-    assert_eq!(threads["targets"], chosen["targets"]);
-}
-
-/// A kink along x = y in two dimensions: what a lift leaves is smooth on cells, and a sequence gains on it.
-#[test]
-fn a_lift_and_a_sequence_are_chosen_together() {
-    let folder = Folder::new();
-    let solve = |error: &str, flags: &[&str]| {
-        let file = SMOOTH.replace("-(x1 - y1)^2 - (x2 - y2)^2", "-abs(x1 - y1) - abs(x2 - y2)");
-        let file = file.replace("1e-10", error);
-        let all: Vec<&str> = [&["--json", "--method", "walks"], flags].concat();
-        folder.solve(&file, &all).quietly(0).json()
-    };
-    let both = solve("1e-8", &[]);
-    assert_eq!(
-        (&both["lift"], &both["sequence"]),
-        (&6.into(), &"sobol".into()),
-        "{both}"
-    );
-    assert!(
-        number(&list(&both, "targets")[0], "replicates") >= 32.0,
-        "{both}"
-    );
-    // By a lift alone.
-    let lifted = solve("1e-7", &["--sequence", "random"]);
-    assert_eq!(lifted["lift"], 6, "{lifted}");
-    assert_agree(&both, &lifted, 1e-7);
-    let (split, other) = (&both["split"], &lifted["split"]);
-    let seconds = "predicted_walk_seconds";
-    assert!(
-        number(split, seconds) < number(other, seconds),
-        "{split} {other}"
-    );
-    let threads = solve("1e-8", &["--threads", "1"]);
-    assert_eq!(threads["targets"], both["targets"]);
 }

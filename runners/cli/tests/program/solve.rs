@@ -431,3 +431,28 @@ fn degrees_sharpen_the_estimate() {
         assert_eq!(bits("1"), bits("3"));
     }
 }
+
+/// No walks: values of cells alone.
+#[test]
+fn no_walks_are_needed() {
+    let folder = Folder::new();
+    let cube = "[problem]\nkind = 'cube'\ndimension = 1\nkernel = '2 * exp(-(x - y)^2)'\nsource = '1 + x'\n\
+                [[target]]\nname = 'u'\nat = 0.3\n";
+    for (problem, method, exact) in [
+        (cube, "resolvent", -2.443_115_819_070_29),
+        (CIRCLE, "walks", f64::NAN),
+    ] {
+        let report = folder
+            .solve(problem, &["--walks", "0", "--json"])
+            .quietly(0);
+        let report = report.json();
+        assert_eq!(
+            (&report["method"], &report["stop"]),
+            (&method.into(), &"done".into())
+        );
+        let target = &list(&report, "targets")[0];
+        assert!(target["preconditioned"]["std_error"].is_null(), "{target}");
+        let value = number(target, "galerkin");
+        assert!(exact.is_nan() || (value - exact).abs() < 1e-9, "{value}");
+    }
+}

@@ -58,9 +58,9 @@ fn as_many_walks_are_predicted_as_are_needed() {
     let text = format!("galerkin.degree = 0\n{}", PROBLEMS[2].text);
     let seeds: &[&str] = if is_long() { &["1", "2", "3"] } else { &["1"] };
     for seed in seeds {
-        let plain = ["--sequence", "random", "--lift", "0"];
+        let plain = ["--sequence", "random"];
         let error = ["--target-error", "3e-6", "--seed", seed];
-        let report = solve(&text, &[plain, error].concat());
+        let report = solve(&text, &[&plain[..], &error].concat());
         let walks = number(target(&report), "walks");
         assert!(walks > 1e6, "{walks}");
         let ratio = number(&report["split"], "predicted_walks") / walks;

@@ -87,10 +87,6 @@ fn read_harmonic(mut section: Section<'_, '_>) -> Result<Emission, InputError> {
 }
 
 impl Kind for Circle {
-    fn as_circle(&self) -> Option<&Self> {
-        Some(self)
-    }
-
     fn validate(&self, file: &ProblemFile) -> Result<(), InputError> {
         let Self {
             reflectance,
@@ -186,8 +182,8 @@ impl Kind for Circle {
     }
 
     fn resolve(&self, file: &ProblemFile) -> Result<(Resolution, Vec<Target>), InputError> {
-        let targets = file.ask(|what| {
-            let region = match what {
+        let targets = file.ask(|target| {
+            let region = match &target.what {
                 What::At(at) => Region::Point(at.value.iter().map(|s| s.value).collect()),
                 What::OverAll => Region::Arc(0.0, TAU),
                 What::Over(from, to) => Region::Arc(from.value, to.value),

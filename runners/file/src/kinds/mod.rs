@@ -4,12 +4,15 @@ mod circle;
 mod cube;
 mod functions;
 pub(crate) mod material;
+mod parameters;
 mod room;
 mod scene;
-mod singular;
+mod space;
 mod sphere;
 mod surface;
+mod system;
 
+use core::any::Any;
 use core::fmt::Debug;
 use std::sync::Arc;
 
@@ -22,7 +25,9 @@ pub use circle::{Circle, Emission};
 pub use cube::{Cube, KernelText};
 pub use room::{Lists, Material, Numbers, Room, Surface};
 pub use scene::Scene;
+pub use space::Space;
 pub use sphere::Sphere;
+pub use system::{System, SystemEquation};
 
 /// All kinds of problems, in the order in which they are listed.
 pub static KINDS: &[KindEntry] = &[
@@ -31,6 +36,7 @@ pub static KINDS: &[KindEntry] = &[
     room::ENTRY,
     sphere::ENTRY,
     scene::ENTRY,
+    system::ENTRY,
 ];
 
 /// A kind of problem as files and `fredholm init` know it.
@@ -47,7 +53,7 @@ pub struct KindEntry {
 }
 
 /// `[problem]` as a file has it, of one kind.
-pub trait Kind: Debug + Send + Sync {
+pub trait Kind: Any + Debug + Send + Sync {
     /// Checks `[problem]`, and what it asks of the rest of the file.
     ///
     /// # Errors
@@ -97,24 +103,21 @@ pub trait Kind: Debug + Send + Sync {
         Ok(compact(self))
     }
 
-    /// The section as that of a circle, if it is one.
-    fn as_circle(&self) -> Option<&Circle> {
-        None
-    }
-
-    /// The section as that of a cube, if it is one.
-    fn as_cube(&self) -> Option<&Cube> {
-        None
-    }
-
-    /// The section as that of a room, if it is one: drawings and form factors are of rooms.
-    fn as_room(&self) -> Option<&Room> {
-        None
+    /// Whether there are several unknown functions, of which targets name one.
+    fn has_components(&self) -> bool {
+        false
     }
 
     /// Whether there are walls, whose cells may be graded and cut at shadows.
     fn has_walls(&self) -> bool {
         false
+    }
+}
+
+impl dyn Kind {
+    /// The section as that of one kind, if it is of this kind: drawings and form factors are of a [`Room`].
+    pub fn of<K: Kind>(&self) -> Option<&K> {
+        (self as &dyn Any).downcast_ref()
     }
 }
 

@@ -3,6 +3,7 @@
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
+use fredholm::channels::ChannelNames;
 use fredholm::room::{Colours, RoomModel, Surfaces};
 use fredholm::{Ask, Error, Region, Subject, Target};
 use fredholm_room::Material as RoomMaterial;
@@ -107,10 +108,11 @@ impl Room {
         };
         let materials = all.names.iter().zip(&all.materials).map(of).collect();
         let make = match self.bands {
-            Some(_) => Colours::of_heat,
-            None => Colours::new,
+            Some(_) => ChannelNames::of_heat,
+            None => ChannelNames::new,
         };
-        let colours = make(self.channels.clone(), materials);
+        let names = make(self.channels.clone());
+        let colours = Colours { names, materials };
         for (surface, materials) in all.materials.iter_mut().enumerate() {
             *materials = colours.largest(surface);
         }
@@ -173,10 +175,6 @@ impl Room {
 }
 
 impl Kind for Room {
-    fn as_room(&self) -> Option<&Self> {
-        Some(self)
-    }
-
     /// What surfaces ask of one another is checked where the scene is made.
     fn validate(&self, file: &ProblemFile) -> Result<(), InputError> {
         if self.surfaces.is_empty() && self.deck.is_none() {
@@ -260,8 +258,8 @@ impl Kind for Room {
             let found = names.iter().position(|known| *known == name.value);
             found.ok_or_else(|| unknown_surface(file, name, &names))
         };
-        let targets = file.ask(|what| {
-            let region = match what {
+        let targets = file.ask(|target| {
+            let region = match &target.what {
                 What::On(surface, t) => Region::On(find(surface)?, t.value),
                 What::At(at) => {
                     let x: Vec<f64> = at.value.iter().map(|x| x.value).collect();

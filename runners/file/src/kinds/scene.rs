@@ -46,7 +46,9 @@ impl Scene {
         let model = SceneModel::of_scene(self.names(), scene);
         if !self.file.channels.is_empty() {
             let surfaces = self.file.surfaces.iter();
-            let materials = surfaces.map(|surface| surface.colours.clone()).collect();
+            let materials = surfaces
+                .map(|surface| vec![surface.colours.clone()])
+                .collect();
             let make = match self.file.in_bands {
                 true => ChannelNames::of_heat,
                 false => ChannelNames::new,
@@ -168,8 +170,8 @@ impl Kind for Scene {
                 Err(error) => Err(error.to_string()),
             }
         };
-        let targets = file.ask(|what| {
-            let region = match what {
+        let targets = file.ask(|target| {
+            let region = match &target.what {
                 What::At(at) => {
                     let point = triple(file, at)?.to_vec();
                     checked(Region::Point(point)).map_err(|error| file.error(&at.place, error))?

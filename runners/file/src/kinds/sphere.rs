@@ -160,8 +160,8 @@ impl Kind for Sphere {
     }
 
     fn resolve(&self, file: &ProblemFile) -> Result<(Resolution, Vec<Target>), InputError> {
-        let targets = file.ask(|what| {
-            let region = match what {
+        let targets = file.ask(|target| {
+            let region = match &target.what {
                 What::At(at) => Region::Point(at.value.iter().map(|angle| angle.value).collect()),
                 What::OverAll => Region::Whole,
                 What::Listed(path) => {

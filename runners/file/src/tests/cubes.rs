@@ -11,7 +11,7 @@ fn cube(problem: &str, rest: &str, target: &str) -> String {
 fn a_cube_in_every_spelling() {
     let of = |text: &str| {
         let file = good(text);
-        let cube = file.problem.as_cube().cloned();
+        let cube = file.problem.of::<kinds::Cube>().cloned();
         cube.unwrap_or_else(|| panic!("{:?}", file.problem))
     };
     let plain = of(&cube(
@@ -19,13 +19,12 @@ fn a_cube_in_every_spelling() {
         "",
         "at = 0.5",
     ));
-    assert_eq!(plain.dimension.value, 1);
+    assert_eq!(plain.space.dimension.value, 1);
     assert!(matches!(plain.kernel, KernelText::General(text) if text.value == "x * y1"));
-    assert!(plain.integral.is_none() && plain.solution.is_none());
+    assert!(plain.solution.is_none());
     let full = "dimension = 2\nkernel_factors = ['abs(x - y)', 'x < y ? x : y']\n\
-                kernel_integral = ['0.5 * (y - x) * abs(y - x)', 'x < y ? x * y : y^2 / 2']\n\
                 source = 'x1 + x2'\nsolution = 'pi'";
-    let rest = "[galerkin]\ncells = 3\npairs = 'pointwise'\npoints = 5";
+    let rest = "[galerkin]\ncells = 3\npairs = 'paper'\npoints = 5";
     for target in ["at = [0, 1]", "over = 'all'", "weight = 'x1 * exp(-x2)'"] {
         let full = of(&cube(full, rest, target));
         assert!(matches!(full.kernel, KernelText::Factors(texts) if texts.value.len() == 2));
@@ -103,25 +102,11 @@ fn what_cubes_refuse() {
         &["unknown name `x2`", "x and y"],
     );
     fails(
-        &of(&format!("{problem}\nkernel_integral = 'x1'")),
-        6,
-        19,
-        "'x1'",
-        &["`kernel_factors`"],
-    );
-    fails(
-        &of("dimension = 1\nkernel = '1'\nkernel_integral = ['y']\nsource = '1'"),
-        5,
-        19,
-        "['y']",
-        &["must be one formula"],
-    );
-    fails(
         &cube(problem, "[galerkin]\npairs = 'pointwise'", all),
         7,
         9,
         "'pointwise'",
-        &["`kernel_integral`"],
+        &["a cube has none"],
     );
     fails(
         &cube(problem, "[galerkin]\npoints = 6", all),
@@ -176,7 +161,10 @@ fn what_domains_refuse() {
     };
     let all = "over = 'all'";
     let file = good(&of("[[-1, 1], [0, 3.5]]", "at = [-1, 3.5]"));
-    let domain = file.problem.as_cube().and_then(|cube| cube.domain.clone());
+    let domain = file
+        .problem
+        .of::<kinds::Cube>()
+        .and_then(|cube| cube.space.domain.clone());
     assert!(domain.is_some_and(|domain| domain.value[1].value == [0.0, 3.5]));
     fails(
         &of("[-1, 1]", all),
@@ -209,4 +197,209 @@ fn what_domains_refuse() {
     );
     let outside = of("[[-1, 1], [0, 3.5]]", "at = [-1, 4]");
     fails(&outside, 10, 11, "4", &["from 0 to 3.5"]);
+}
+
+/// Messages of formulas with their places in the file; the others are tested where they are made.
+#[test]
+fn formulas_show_what_is_wrong_in_the_file() {
+    let kernel = |text: &str| {
+        let problem = format!("dimension = 1\nkernel = '{text}'\nsource = '1'");
+        cube(&problem, "", "at = 0.5")
+    };
+    for (text, column, marked, words) in [
+        ("0.5*sin x", 15, "sin", "write sin(x)"),
+        ("0.5*exp(-(x-y)", 18, "(", "not closed"),
+        ("if x<y then 1 else 0", 11, "if", "`condition ? a : b`"),
+        ("|x|² + Exp(y)", 18, "Exp", "write exp"),
+    ] {
+        fails(&kernel(text), 4, column, marked, &[words]);
+    }
+    for text in ["(x-y)²", "|x-y|", "0.3·|x − y|³"] {
+        good(&kernel(text));
+    }
+}
+
+#[test]
+fn parameters_are_numbers_with_names() {
+    let of = |parameters: &str, target: &str| {
+        let problem = "dimension = 1\ndomain = [['-L', 'L']]\nkernel = 'a * exp(-k*|x - y|)'\n\
+                       source = 'a'\nsolution = 'k*x'";
+        cube(
+            &format!("{problem}\n[problem.parameters]\n{parameters}"),
+            "",
+            target,
+        )
+    };
+    let all = "tau = 2\na = 0.25\nk = 'pi/tau'\nL = '2*k'";
+    let weight = "weight = 'x < tau ? k*x : 0'";
+    let file = good(&of(all, weight));
+    let cube = file.problem.of::<kinds::Cube>().cloned().unwrap();
+    let values: Vec<f64> = cube
+        .space
+        .parameters
+        .value
+        .iter()
+        .map(|own| own.value)
+        .collect();
+    let pi = core::f64::consts::PI;
+    assert_eq!(values, [2.0, 0.25, pi / 2.0, pi]);
+    assert_eq!(cube.space.domain.unwrap().value[0].value, [-pi, pi]);
+    assert!(file.remarks().is_empty(), "{:?}", file.remarks());
+    let unused = good(&of(&all.replace("k = ", "kk = 1\nk = "), weight));
+    assert!(unused.remarks()[0].contains("no formula has the parameter `kk`"));
+    // Lines 9 to 12 are the parameters.
+    let bad = |parameters: &str, line, column, marked: &str, words: &str| {
+        fails(&of(parameters, weight), line, column, marked, &[words]);
+    };
+    bad(
+        &all.replace("tau", "sin"),
+        9,
+        1,
+        "sin",
+        "`sin` is a function of formulas",
+    );
+    bad(
+        &all.replace("tau", "E1"),
+        9,
+        1,
+        "E1",
+        "`E1` is a function of formulas",
+    );
+    bad(
+        &all.replace("tau", "x2"),
+        9,
+        1,
+        "x2",
+        "`x2` is a coordinate",
+    );
+    bad(&all.replace("tau", "pi"), 9, 1, "pi", "`pi` is a constant");
+    bad(&all.replace("tau", "1a"), 9, 1, "1a", "no digit first");
+    bad(
+        &all.replace("tau = 2", "tau = [2]"),
+        9,
+        7,
+        "[2]",
+        "`tau` must be a number",
+    );
+    bad(&all.replace("tau = 2", "tau = nan"), 9, 7, "nan", "finite");
+    bad(
+        &all.replace("tau = 2", "tau = '1/0'"),
+        9,
+        8,
+        "1/0",
+        "this is inf",
+    );
+    bad(
+        &all.replace("tau = 2", "tau = '2*k'"),
+        9,
+        10,
+        "k",
+        "unknown name `k`; there are no coordinates here",
+    );
+    bad(
+        &all.replace("a = 0.25", "b = 1"),
+        5,
+        11,
+        "a",
+        "the parameters tau, b, k, L",
+    );
+    let wrong = of(all, "at = 4");
+    fails(&wrong, 16, 6, "4", &["from -3.14159"]);
+}
+
+#[test]
+fn domains_have_infinite_ends() {
+    let of = |domain: &str, target: &str| {
+        let problem =
+            format!("dimension = 2\ndomain = {domain}\nkernel = 'exp(-x1*x1 - y2)'\nsource = 'x1'");
+        cube(&problem, "", target)
+    };
+    let weight = "weight = 'exp(-x1*x1 - x2)'";
+    for domain in ["[[-inf, inf], [0, inf]]", "[[-inf, 3], ['2-1', +inf]]"] {
+        good(&of(domain, weight));
+        good(&of(domain, "at = [-1e6, 2]"));
+    }
+    let half = "[[0, 1], [0, inf]]";
+    for (domain, column, marked) in [
+        ("[[0, 1], [inf, 0]]", 19, "[inf, 0]"),
+        ("[[0, 1], [inf, inf]]", 19, "[inf, inf]"),
+        ("[[0, 1], [-inf, -inf]]", 19, "[-inf, -inf]"),
+    ] {
+        fails(
+            &of(domain, weight),
+            4,
+            column,
+            marked,
+            &["the lower end first"],
+        );
+    }
+    fails(&of("[[0, 1], [0, nan]]", weight), 4, 23, "nan", &["finite"]);
+    fails(
+        &of("[[0, 1], [0, 'a']]", weight),
+        4,
+        24,
+        "a",
+        &["unknown name `a`"],
+    );
+    fails(
+        &of(half, "at = [0.5, -1]"),
+        10,
+        12,
+        "-1",
+        &["from 0 to inf"],
+    );
+    fails(&of(half, "at = [0.5, inf]"), 10, 12, "inf", &["finite"]);
+    fails(
+        &of(half, "grid = [3, 4]"),
+        10,
+        12,
+        "4",
+        &["no equally spaced points"],
+    );
+    let single = of("[[0, 1], [-1e300, inf]]", weight) + "[walk]\nscalar = 'f32'\n";
+    fails(
+        &single,
+        4,
+        19,
+        "[-1e300, inf]",
+        &["too long for the scalar"],
+    );
+    let mean = file_error(&of(half, "over = 'all'"));
+    assert!(mean.contains("an infinite domain has no mean"), "{mean}");
+}
+
+/// What the model says to the targets of a good file.
+fn file_error(text: &str) -> String {
+    let resolved = good(text).resolve().unwrap();
+    let model = resolved.model.model();
+    let goals = fredholm::goals(model, &resolved.targets).unwrap();
+    model.check_goals(&goals).unwrap_err().to_string()
+}
+
+/// Edges are in coordinates, one list for each axis, and for resolvent walks alone.
+#[test]
+fn edges_end_cells() {
+    let file = |edges: &str, method: &str| {
+        format!(
+            "[problem]\nkind = 'cube'\ndimension = 1\ndomain = [[0, 2]]\nedges = {edges}\nkernel = '0'\n\
+             source = 'x < 0.002 ? 3 : 1'\n[walk]\n{method}\n[[target]]\nname = 'mean'\nover = 'all'\n"
+        )
+    };
+    for edges in ["[0.002]", "[[0.002]]"] {
+        let resolved = good(&file(edges, "walks = 1000")).resolve().unwrap();
+        let model = resolved.model.model();
+        let report = fredholm::Solver::with(model, resolved.settings.clone(), Vec::new()).mean();
+        let value = report.solve().unwrap()[0].value();
+        assert!((value - 1.002).abs() < 1e-12, "{value}");
+    }
+    fails(&file("[2]", ""), 5, 10, "2", &["between 0 and 2"]);
+    fails(&file("[[1], [1]]", ""), 5, 9, "[[1], [1]]", &["1 lists"]);
+    fails(&file("['a']", ""), 5, 11, "a", &["unknown name"]);
+    fails(
+        &file("[1]", "method = 'walks'"),
+        9,
+        10,
+        "'walks'",
+        &["`edges`"],
+    );
 }

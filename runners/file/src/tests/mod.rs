@@ -2,6 +2,8 @@
 
 mod cubes;
 mod shape;
+mod solved;
+mod systems;
 mod text;
 mod values;
 
@@ -58,7 +60,7 @@ const PROBLEM: &str = "reflectance = [0.3, 0.7]\nemission = [1, 0, 2]";
 const TARGET: &str = "name = \"a\"\nat = 0";
 
 fn circle(file: &ProblemFile) -> &Circle {
-    let circle = file.problem.as_circle();
+    let circle = file.problem.of::<Circle>();
     circle.unwrap_or_else(|| panic!("{:?}", file.problem))
 }
 

@@ -22,8 +22,8 @@ fn whole_message() {
 
 #[test]
 fn line_ends_tabs_and_unicode() {
-    let text = small(PROBLEM, "", "walks = 0", TARGET).replace('\n', "\r\n");
-    fails(&text, 8, 9, "0", &["`walks`"]);
+    let text = small(PROBLEM, "", "batch = 0", TARGET).replace('\n', "\r\n");
+    fails(&text, 8, 9, "0", &["`batch`"]);
     assert!(!failure(&text).contains('\r'));
     let walk = "walks = 1\n\tbatch\t=\t0 # x";
     fails(&small(PROBLEM, "", walk, TARGET), 9, 10, "0", &["`batch`"]);

@@ -98,13 +98,6 @@ fn walk_ranges() {
         "1",
         &["more than 0", "less than 1"],
     );
-    fails(
-        &text("walks = 0"),
-        8,
-        9,
-        "0",
-        &["`walks` must be at least 1"],
-    );
     fails(&text("batch = 0"), 8, 9, "0", &["from 1 to 1000000000"]);
     fails(
         &text("batch = 1000000001"),

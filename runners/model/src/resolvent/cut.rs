@@ -2,53 +2,72 @@
 
 use fredholm_core::galerkin::{buffer, functions};
 use fredholm_core::resolvent::{
-    AxisNode, CellPoint, GalerkinRows, Plan, Regular, Resolvent, ResolventLooks, ResolventTables,
-    grading, singularity,
+    AxisNode, CellPoint, Coarse, GalerkinRows, Plan, Regular, Resolvent, ResolventLooks,
+    ResolventTables, grading, is_rough, singularity,
 };
-use fredholm_core::{Located, Real};
+use fredholm_core::{Real, Tolerance};
 use fredholm_rayon::{Observer, fill_rows};
 use fredholm_variance::gauss;
 
-use super::inverse::inverse;
-use super::walks::{Sums, Walks};
-use super::{Functional, RegularKind, ResolventEstimate};
-use crate::{Error, Goal};
+use super::blocks::Blocks;
+use super::images::{ImageField, ImageMaker, scored};
+use super::inverse::{Factors, factors, inverse};
+use super::walks::{Imaging, Sums, Walks};
+use super::{Functional, RegularKind, ResolventEstimate, ResolventFigures};
+use crate::{Error, GlobalField, Goal, Region};
 
+/// The most values that are looked at while walks go on, where they are images.
+pub(super) const MOST_LOOKS: usize = 256;
 /// The exponent of |x − y| over d from which on a kernel is taken to have no integral.
 const LEAST_INFINITE: f64 = 0.995;
 
-/// What is known of a solved equation before any walk.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CutFigures {
-    /// N.
-    pub unknowns: usize,
-    /// The spectral radius of (1 + |R_n|)|K − K_n|.
-    pub radius: f64,
-    /// The condition number of I − K' in the maximum norm.
-    pub condition: f64,
-    /// The part of a value that rounding leaves unknown.
-    pub rounding: f64,
-}
+/// How values are told: by rows, each with points of its own besides those that all goals share, without any bias; or by
+/// [images](fredholm_core::resolvent::Images) of what the latter tell of u, which may be off by so much, with draws of this seed.
+pub type ByImages = Option<(f64, u64)>;
 
 /// A solved equation of any type.
-pub trait ResolventCut: Sync {
+pub trait ResolventCut: Send + Sync {
     /// What is known before any walk.
-    fn figures(&self) -> CutFigures;
+    fn figures(&self) -> ResolventFigures;
+
+    /// Whether values may be images: there are functions of a higher degree on which points score.
+    fn has_images(&self) -> bool;
 
     /// The walks of these goals.
     ///
     /// # Errors
     /// [`Error::Region`].
-    fn walks<'c>(&'c self, goals: &[Goal]) -> Result<Box<dyn ResolventWalks + 'c>, Error>;
+    fn walks<'c>(
+        &'c self,
+        goals: &[Goal],
+        by: ByImages,
+    ) -> Result<Box<dyn ResolventWalks + 'c>, Error>;
+
+    /// The function that walks have found.
+    fn field<'f>(self: Box<Self>, blocks: Blocks, by: (f64, u64)) -> Box<dyn GlobalField + 'f>
+    where
+        Self: 'f;
 }
 
 /// Walks of some goals.
-pub trait ResolventWalks {
+pub trait ResolventWalks: Sync {
     /// The standard deviation of a point of what all goals share, and those of what every goal has for itself.
     fn std_devs(&self) -> (f64, Vec<f64>);
 
-    /// The part of every goal that takes no walks.
+    /// How many strata make these, about: points over it are those of one.
+    fn strata(&self) -> f64;
+
+    /// Sets by how much nets lower the standard deviation of a point.
+    fn set_gain(&mut self, gain: f64);
+
+    /// By how much they have lowered it so far.
+    fn gain(&self) -> f64;
+
+    /// The part of every goal that takes no walks; of many images some are looked at.
     fn known(&self) -> Vec<f64>;
+
+    /// The mean number of values of K of an image, and the largest standard error of one.
+    fn image_costs(&self) -> [f64; 2];
 
     /// Adds a round of about so many points.
     ///
@@ -62,11 +81,32 @@ pub trait ResolventWalks {
         watch: &dyn Observer,
     ) -> Result<(), Error>;
 
-    /// The estimates so far.
+    /// The values of all goals by about so many points that are a sample of their own, and the number of their states: points, and steps
+    /// beyond them.
+    ///
+    /// # Errors
+    /// Of the equation.
+    fn replicate(&self, number: u32, points: f64, seed: u64) -> Result<(Vec<f64>, u64), Error>;
+
+    /// The estimates so far; of many images some are looked at.
     fn estimates(&self) -> Vec<ResolventEstimate>;
+
+    /// Whether images lose more than a part of an error, or of their standard errors: then points of their own are better.
+    fn is_biased(&self, tolerance: Option<Tolerance>) -> bool;
+
+    /// The values that are looked at, if they are images, as [`GlobalField::images`] has them, and what their function is made of.
+    fn into_found(self: Box<Self>) -> Option<(Vec<f64>, Blocks)>;
 
     /// The numbers of points and of steps beyond the first.
     fn counts(&self) -> [u64; 2];
+}
+
+/// Solved equation on fewer cells, by whose resolvent walks go on, with the factors by which that on the finer cells is solved.
+pub(super) struct OnCoarse<'k, E: Regular, K> {
+    cut: Box<Cut<'k, E, K>>,
+    factors: Factors,
+    /// [`Coarse::share`].
+    share: f64,
 }
 
 /// A solved equation.
@@ -76,7 +116,9 @@ pub(super) struct Cut<'k, E: Regular, K> {
     pub(super) functions: usize,
     pub(super) measures: Vec<f64>,
     pub(super) kernel: Vec<f64>,
+    /// R̂, or nothing where walks go on by a coarse resolvent.
     pub(super) resolvent: Vec<f64>,
+    pub(super) coarse: Option<OnCoarse<'k, E, K>>,
     pub(super) source: Vec<f64>,
     pub(super) correction: Vec<f64>,
     pub(super) looks: ResolventLooks,
@@ -85,7 +127,16 @@ pub(super) struct Cut<'k, E: Regular, K> {
     pub(super) rules: [Vec<AxisNode>; 2],
 }
 
-/// Solves an equation with polynomials of a degree.
+/// A rule on [−1, 1] as one on [0, 1].
+pub(super) fn on_axis(rule: &[(f64, f64)]) -> Vec<AxisNode> {
+    let node = |&(t, weight): &(f64, f64)| AxisNode {
+        at: 0.5 * (1.0 + t),
+        share: 0.5 * weight,
+    };
+    rule.iter().map(node).collect()
+}
+
+/// Solves an equation with polynomials of a degree; with fewer cells and their degree walks go on by the resolvent of these.
 ///
 /// # Errors
 /// [`Error::NotFinite`], [`Error::Regular`]: I − K' is singular. [`Error::Galerkin`]: memory.
@@ -93,22 +144,31 @@ pub fn cut_of<'k, E, K>(
     equation: E,
     kind: &'k K,
     degree: usize,
+    coarse: Option<(E, usize)>,
 ) -> Result<Box<dyn ResolventCut + 'k>, Error>
 where
-    E: Regular<Point: Send + Sync> + Sync + 'k,
+    E: Regular<Point: Send + Sync> + Send + Sync + 'k,
+    K: RegularKind<E>,
+{
+    let coarse = coarse.map(|(equation, degree)| solved(equation, kind, degree, None));
+    let coarse = coarse.transpose()?;
+    Ok(Box::new(solved(equation, kind, degree, coarse)?))
+}
+
+/// A solved equation, with a coarse one or none.
+fn solved<'k, E, K>(
+    equation: E,
+    kind: &'k K,
+    degree: usize,
+    coarse: Option<Cut<'k, E, K>>,
+) -> Result<Cut<'k, E, K>, Error>
+where
+    E: Regular<Point: Send + Sync> + Send + Sync,
     K: RegularKind<E>,
 {
     let (cells, own) = (equation.cells(), functions(E::DIMENSION, degree));
-    let rule = |points: usize| -> Result<Vec<AxisNode>, Error> {
-        let nodes = gauss(points)?.into_iter();
-        let node = |(t, weight)| AxisNode {
-            at: 0.5 * (1.0 + t),
-            share: 0.5 * weight,
-        };
-        Ok(nodes.map(node).collect())
-    };
     // Of one node more on the right: no two of them are the same.
-    let rules = [rule(degree + 1)?, rule(degree + 2)?];
+    let rules = [gauss(degree + 1)?, gauss(degree + 2)?].map(|rule| on_axis(&rule));
     let exponent = singularity(&equation);
     if exponent >= LEAST_INFINITE * E::DIMENSION as f64 {
         return Err(Error::Regular {
@@ -136,17 +196,40 @@ where
         });
     }
     drop(rows);
+    let near = match near > 1 {
+        true => near,
+        false => i32::from(is_rough(&equation)),
+    };
     let measures: Vec<f64> = (0..cells).map(|cell| equation.measure(cell)).collect();
-    let (mut resolvent, condition) = inverse(&kernel, width)?;
-    let mut correction: Vec<f64> = buffer(width)?;
-    fill_rows(&mut correction, 1, |row, out| {
-        // (I − K')⁻¹ − I.
-        if let Some(own) = resolvent.get(row * width..(row + 1) * width) {
-            let all: f64 = own.iter().zip(&source).map(|(r, f)| r * f).sum();
-            out.fill(all - source[row]);
+    let mut resolvent = Vec::new();
+    let (correction, coarse, condition) = match coarse {
+        Some(cut) => {
+            let (factors, condition) = factors(&kernel, width)?;
+            let mut correction = factors.direct(source.clone());
+            let values = correction.iter_mut().zip(&source);
+            values.for_each(|(g, f)| *g -= f);
+            let coarse = OnCoarse {
+                cut: Box::new(cut),
+                factors,
+                share: 1.0,
+            };
+            (correction, Some(coarse), condition)
         }
-        Ok::<(), Error>(())
-    })?;
+        None => {
+            let condition;
+            (resolvent, condition) = inverse(&kernel, width)?;
+            let mut correction: Vec<f64> = buffer(width)?;
+            fill_rows(&mut correction, 1, |row, out| {
+                // (I − K')⁻¹ − I.
+                if let Some(own) = resolvent.get(row * width..(row + 1) * width) {
+                    let all: f64 = own.iter().zip(&source).map(|(r, f)| r * f).sum();
+                    out.fill(all - source[row]);
+                }
+                Ok::<(), Error>(())
+            })?;
+            (correction, None, condition)
+        }
+    };
     for (row, numbers) in resolvent.chunks_exact_mut(width).enumerate() {
         numbers[row] -= 1.0;
         for (block, measure) in numbers.chunks_exact_mut(own).zip(&measures) {
@@ -166,6 +249,7 @@ where
         measures,
         kernel,
         resolvent,
+        coarse,
         source,
         correction,
         looks: nothing,
@@ -174,7 +258,17 @@ where
         rules,
     };
     (cut.looks, cut.near) = cut.look()?;
-    Ok(Box::new(cut))
+    let all = cut.difference();
+    if let Some(coarse) = &mut cut.coarse {
+        let share = all / coarse.cut.difference();
+        // Written so that NaN is 1.
+        coarse.share = match share < 1.0 {
+            true => share.max(f64::EPSILON),
+            false => 1.0,
+        };
+        cut.looks.radius = coarse.cut.looks.radius;
+    }
+    Ok(cut)
 }
 
 impl<E, K> Cut<'_, E, K>
@@ -186,7 +280,18 @@ where
         Resolvent {
             equation: &self.equation,
             tables: self.tables(),
+            coarse: self.coarse.as_ref().map(|coarse| Coarse {
+                equation: &coarse.cut.equation,
+                tables: coarse.cut.tables(),
+                share: coarse.share,
+            }),
         }
+    }
+
+    /// ∫∫ |D(x, y) g(y)| over all pairs, about.
+    fn difference(&self) -> f64 {
+        let all = self.looks.stays.iter().zip(&self.measures);
+        all.map(|(stay, measure)| stay * measure).sum()
     }
 
     pub(super) fn tables(&self) -> ResolventTables<'_> {
@@ -220,10 +325,10 @@ where
     }
 
     /// What a goal asks for, with its coefficients (ψ, Φ).
-    fn ask(&self, goal: &Goal) -> Result<Asked<'_, E::Point>, Error> {
+    pub(super) fn ask(&self, region: &Region) -> Result<Asked<'_, E::Point>, Error> {
         let resolvent = self.resolvent();
         let (width, own) = (self.source.len(), self.functions);
-        let functional = self.kind.functional(&self.equation, &goal.region)?;
+        let functional = self.kind.functional(&self.equation, region)?;
         let mut moments = vec![0.0; width];
         let mut asked = Asked {
             weights: vec![0.0; width],
@@ -235,12 +340,8 @@ where
         let all: f64 = self.measures.iter().sum();
         match functional {
             Functional::Point(point) => {
-                let cell = self.equation.locate(&point);
-                let mut t = vec![<E::Scalar as Real>::from_f64(0.0); E::DIMENSION];
-                self.equation.parameters(&Located { point, cell }, &mut t);
-                let t: Vec<f64> = t.into_iter().map(Real::to_f64).collect();
-                let x = resolvent.located(cell, point, &t);
-                let to = moments.iter_mut().skip(cell * own).take(own);
+                let x = resolvent.locate(point);
+                let to = moments.iter_mut().skip(x.cell * own).take(own);
                 to.zip(x.functions).for_each(|(to, psi)| *to = psi);
                 asked.known = self.equation.source(&point).to_f64();
                 asked.point = Some(x);
@@ -271,6 +372,12 @@ where
             }
         }
         let measure = |unknown: usize| self.measures[unknown / own];
+        if let Some(coarse) = &self.coarse {
+            asked.weights = coarse.factors.transposed(moments.clone());
+            for (unknown, (w, moment)) in asked.weights.iter_mut().zip(&moments).enumerate() {
+                *w = (*w - moment) / measure(unknown);
+            }
+        }
         if asked.point.is_none() {
             for (unknown, (w, moment)) in asked.weights.iter_mut().zip(&moments).enumerate() {
                 *w += moment / measure(unknown);
@@ -311,44 +418,93 @@ pub(super) struct Rest<'c, P> {
 
 impl<E, K> ResolventCut for Cut<'_, E, K>
 where
-    E: Regular<Point: Send + Sync> + Sync,
+    E: Regular<Point: Send + Sync> + Send + Sync,
     K: RegularKind<E>,
 {
-    fn figures(&self) -> CutFigures {
-        CutFigures {
-            unknowns: self.source.len(),
+    fn figures(&self) -> ResolventFigures {
+        let unknowns = self.source.len();
+        ResolventFigures {
+            unknowns,
             radius: self.looks.radius,
+            first_radius: self.looks.radius * self.coarse.as_ref().map_or(1.0, |own| own.share),
             condition: self.condition,
-            rounding: self.condition * <E::Scalar as Real>::EPSILON.to_f64(),
+            // Sums of so many terms round like the root of their number (Higham and Mary 2019).
+            rounding: self.condition
+                * <E::Scalar as Real>::EPSILON.to_f64()
+                * (unknowns as f64).sqrt(),
         }
     }
 
-    fn walks<'c>(&'c self, goals: &[Goal]) -> Result<Box<dyn ResolventWalks + 'c>, Error> {
-        let asked = goals.iter().map(|goal| self.ask(goal));
+    fn has_images(&self) -> bool {
+        self.coarse.is_none() && scored(E::DIMENSION, self.functions).is_some()
+    }
+
+    fn walks<'c>(
+        &'c self,
+        goals: &[Goal],
+        by: ByImages,
+    ) -> Result<Box<dyn ResolventWalks + 'c>, Error> {
+        let images = by.map(|by| -> Result<_, Error> {
+            let maker = ImageMaker::new(self, by)?;
+            let every = goals.len().div_ceil(MOST_LOOKS).max(1);
+            let looks = goals.iter().step_by(every).map(|goal| &goal.region);
+            Ok(Imaging {
+                looks: maker.imaged(&looks.collect::<Vec<_>>())?,
+                blocks: Blocks::new(self.measures.len(), maker.scored)?,
+                maker,
+            })
+        });
+        let images = images.transpose()?;
+        let own = if images.is_some() { &[] } else { goals };
+        let asked = own.iter().map(|goal| self.ask(&goal.region));
         let asked = asked.collect::<Result<Vec<_>, Error>>()?;
+        let looks = images.iter().flat_map(|images| &images.looks);
+        let scored = images
+            .as_ref()
+            .map_or(self.functions, |images| images.maker.scored);
+        let weights = looks
+            .map(|own| &own.weights)
+            .chain(asked.iter().map(|own| &own.weights));
         let mut sizes = vec![0.0_f64; self.measures.len()];
-        for own in &asked {
-            let cells = own.weights.chunks_exact(self.functions);
-            for (size, w) in sizes.iter_mut().zip(cells) {
+        for own in weights {
+            for (number, w) in own.chunks_exact(scored).enumerate() {
+                let size = &mut sizes[number % self.measures.len()];
                 *size = size.max(w.iter().map(|w| w * w).sum::<f64>().sqrt());
             }
         }
-        let shared = Plan::shared(&self.looks, &self.tables(), sizes)?;
+        let shared = Plan::shared(&self.looks, &self.tables(), (sizes, scored))?;
         let count = asked.len();
         let mut walks = Walks {
             cut: self,
             asked,
+            images,
+            strata: shared.strata(),
             shared,
             own: vec![0.0; count],
+            gain: None,
+            asked_points: 0.0,
             seen: vec![Vec::new(); count],
             sums: vec![Sums::default(); count],
             points: 0,
             steps: 0,
         };
         for goal in 0..count {
-            walks.own[goal] =
-                walks.with_plan(goal, |plan| plan.map_or(0.0, |plan| plan.std_dev()))?;
+            let of_plan = |plan: Plan<'_, E::Point>| [plan.std_dev(), plan.strata()];
+            let [std_dev, strata] = walks.with_plan(goal, |plan| plan.map_or([0.0; 2], of_plan))?;
+            walks.own[goal] = std_dev;
+            walks.strata += strata;
         }
         Ok(Box::new(walks))
+    }
+
+    fn field<'f>(self: Box<Self>, blocks: Blocks, by: (f64, u64)) -> Box<dyn GlobalField + 'f>
+    where
+        Self: 'f,
+    {
+        Box::new(ImageField {
+            cut: self,
+            blocks,
+            by,
+        })
     }
 }

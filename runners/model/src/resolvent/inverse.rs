@@ -1,8 +1,8 @@
-//! The inverse of a matrix of some hundred unknowns, by blocks: products of matrices take most of the time.
+//! Factors of a matrix, and its inverse, by blocks: products of matrices take most of the time.
 
 use fredholm_core::galerkin::buffer;
 use fredholm_rayon::fill_rows;
-use nalgebra::{DMatrix, DMatrixViewMut, Dyn, LU};
+use nalgebra::{DMatrix, DMatrixView, DMatrixViewMut, Dyn, LU};
 
 use crate::Error;
 
@@ -11,15 +11,14 @@ const BLOCK: usize = 64;
 /// The condition number from which on nothing is known of a solution: rounding is as large as that.
 const MOST_CONDITION: f64 = 1e14;
 
+/// Columns from which on products of matrices are by blocks: of fewer they are rounded otherwise.
+const LEAST_COLUMNS: usize = 6;
+/// Steps by which the norm of an inverse is looked for, at most: more are hardly ever taken.
+const NORM_STEPS: usize = 5;
+
 /// (I − K')⁻¹ row by row, and the condition number of I − K' in the maximum norm.
 pub(super) fn inverse(kernel: &[f64], width: usize) -> Result<(Vec<f64>, f64), Error> {
-    // Numbers row by row are those of the transpose column by column, and columns of its inverse are the rows that are asked for.
-    let mut matrix = -DMatrix::from_column_slice(width, width, kernel);
-    matrix.iter_mut().step_by(width + 1).for_each(|x| *x += 1.0);
-    let columns = matrix.column_iter();
-    let sums = columns.map(|column| column.iter().map(|x| x.abs()).sum());
-    let largest = sums.fold(0.0, f64::max);
-    let factors = Factors::new(matrix);
+    let factors = Factors::new(kernel, width)?;
     let mut inverse: Vec<f64> = buffer(width.saturating_mul(width))?;
     fill_rows(&mut inverse, BLOCK * width, |block, rows| {
         let count = rows.len() / width;
@@ -33,10 +32,20 @@ pub(super) fn inverse(kernel: &[f64], width: usize) -> Result<(Vec<f64>, f64), E
     })?;
     let rows = inverse.chunks_exact(width);
     let sums = rows.map(|row| row.iter().map(|x| x.abs()).sum::<f64>());
-    let condition = largest * sums.fold(0.0, f64::max);
+    let condition = factors.norm * sums.fold(0.0, f64::max);
     // Written so that NaN is refused.
     match condition < MOST_CONDITION {
         true => Ok((inverse, condition)),
+        false => Err(singular()),
+    }
+}
+
+/// The factors of I − K', and about its condition number.
+pub(super) fn factors(kernel: &[f64], width: usize) -> Result<(Factors, f64), Error> {
+    let factors = Factors::new(kernel, width)?;
+    let condition = factors.norm * factors.norm_of_inverse();
+    match condition < MOST_CONDITION {
+        true => Ok((factors, condition)),
         false => Err(singular()),
     }
 }
@@ -49,16 +58,23 @@ fn singular() -> Error {
     }
 }
 
-/// L and U of a matrix whose rows were exchanged: of every block of columns the factors below the diagonal.
-struct Factors {
+/// L and U of (I − K')ᵀ with rows exchanged: of every block of columns the factors below the diagonal.
+pub(super) struct Factors {
     matrix: DMatrix<f64>,
     panels: Vec<LU<f64, Dyn, Dyn>>,
+    /// The maximum norm of I − K'.
+    norm: f64,
 }
 
 impl Factors {
     /// The factors, with the largest pivot of every column.
-    fn new(mut matrix: DMatrix<f64>) -> Self {
-        let width = matrix.nrows();
+    fn new(kernel: &[f64], width: usize) -> Result<Self, Error> {
+        // Numbers row by row are those of the transpose column by column.
+        let mut matrix = -DMatrix::from_column_slice(width, width, kernel);
+        matrix.iter_mut().step_by(width + 1).for_each(|x| *x += 1.0);
+        let columns = matrix.column_iter();
+        let sums = columns.map(|column| column.iter().map(|x| x.abs()).sum());
+        let norm = sums.fold(0.0, f64::max);
         let mut panels = Vec::new();
         for from in (0..width).step_by(BLOCK) {
             let own = BLOCK.min(width - from);
@@ -70,16 +86,73 @@ impl Factors {
             let mut below = matrix.rows_mut(from, width - from);
             panel.p().permute_rows(&mut below);
             below.columns_mut(from, own).copy_from(panel.lu_internal());
-            let (mut upper, mut lower) = below.columns_range_pair_mut(from..to, to..);
-            let (diagonal, rest) = upper.rows_range_pair_mut(0..own, own..);
-            let (mut beside, mut other) = lower.rows_range_pair_mut(0..own, own..);
-            diagonal.solve_lower_triangular_with_diag_mut(&mut beside, 1.0);
-            if left > 0 {
+            let (before, after) = matrix.as_mut_slice().split_at_mut(to * width);
+            let upper = DMatrixView::from_slice(&before[from * width..], width, own);
+            let diagonal = upper.view((from, 0), (own, own));
+            let rest = upper.view((to, 0), (left, own));
+            let is_cut = left % BLOCK == 0 || left % BLOCK >= LEAST_COLUMNS;
+            let together = if is_cut { BLOCK } else { left };
+            fill_rows(after, together * width, |_, columns| {
+                let count = columns.len() / width;
+                let mut columns = DMatrixViewMut::from_slice(columns, width, count);
+                let (mut beside, mut other) = columns.rows_range_pair_mut(from..to, to..);
+                diagonal.solve_lower_triangular_with_diag_mut(&mut beside, 1.0);
                 other.gemm(-1.0, &rest, &beside, 1.0);
-            }
+                Ok::<(), Error>(())
+            })?;
             panels.push(panel);
         }
-        Self { matrix, panels }
+        Ok(Self {
+            matrix,
+            panels,
+            norm,
+        })
+    }
+
+    /// (I − K')⁻ᵀ x.
+    pub(super) fn transposed(&self, mut x: Vec<f64>) -> Vec<f64> {
+        let width = x.len();
+        self.solve(&mut DMatrixViewMut::from_slice(&mut x, width, 1));
+        x
+    }
+
+    /// (I − K')⁻¹ x.
+    pub(super) fn direct(&self, mut x: Vec<f64>) -> Vec<f64> {
+        let width = x.len();
+        let mut column = DMatrixViewMut::from_slice(&mut x, width, 1);
+        self.matrix.tr_solve_upper_triangular_mut(&mut column);
+        for row in (0..width).rev() {
+            let below = self.matrix.view_range(row + 1.., row..=row);
+            column[row] -= below.dot(&column.rows_range(row + 1..));
+        }
+        for (from, panel) in (0..width).step_by(BLOCK).zip(&self.panels).rev() {
+            panel
+                .p()
+                .inv_permute_rows(&mut column.rows_mut(from, width - from));
+        }
+        x
+    }
+
+    /// The maximum norm of (I − K')⁻¹, or, seldom, less: where a convex function of x is largest on vertices (Hager 1984).
+    fn norm_of_inverse(&self) -> f64 {
+        let width = self.matrix.nrows();
+        let (mut x, mut norm) = (vec![1.0 / width as f64; width], 0.0);
+        for _ in 0..NORM_STEPS {
+            let image = self.transposed(x.clone());
+            norm = image.iter().map(|y| y.abs()).sum();
+            let slope = self.direct(image.iter().map(|y| y.signum()).collect());
+            let here: f64 = slope.iter().zip(&x).map(|(z, x)| z * x).sum();
+            let highest = slope.iter().map(|z| z.abs()).enumerate();
+            let highest = highest.max_by(|a, b| a.1.total_cmp(&b.1));
+            match highest {
+                Some((next, height)) if height > here => {
+                    x.fill(0.0);
+                    x[next] = 1.0;
+                }
+                _ => break,
+            }
+        }
+        norm
     }
 
     /// Solves for some columns; whether no pivot was 0.
@@ -117,17 +190,21 @@ impl Factors {
 
 #[cfg(test)]
 mod tests {
-    use super::inverse;
+    use super::{factors, inverse};
+
+    fn kernel(width: usize) -> Vec<f64> {
+        let entry =
+            |i: usize, j: usize| ((i * 7919 + j * 104_729 + i * j) % 1000) as f64 / 500.0 - 1.0;
+        (0..width * width)
+            .map(|k| entry(k / width, k % width))
+            .collect()
+    }
 
     /// Of blocks that are full and one that is not; without exchanges of rows it would be far off.
     #[test]
     fn the_inverse_is_one() {
         let width = 150;
-        let entry =
-            |i: usize, j: usize| ((i * 7919 + j * 104_729 + i * j) % 1000) as f64 / 500.0 - 1.0;
-        let kernel: Vec<f64> = (0..width * width)
-            .map(|k| entry(k / width, k % width))
-            .collect();
+        let kernel = kernel(width);
         let (found, condition) = inverse(&kernel, width).expect("regular");
         for i in 0..width {
             for j in 0..width {
@@ -139,6 +216,27 @@ mod tests {
                     "{i} {j} {product}"
                 );
             }
+        }
+    }
+
+    /// From either side, and with as large a condition number but for what a search may miss.
+    #[test]
+    fn factors_solve_as_the_inverse_does() {
+        let width = 150;
+        let kernel = kernel(width);
+        let (inverse, condition) = inverse(&kernel, width).expect("regular");
+        let (factors, about) = factors(&kernel, width).expect("regular");
+        assert!(
+            about <= 1.001 * condition && about > 0.3 * condition,
+            "{about} {condition}"
+        );
+        let x: Vec<f64> = (0..width).map(|k| (k as f64).sin()).collect();
+        let (direct, transposed) = (factors.direct(x.clone()), factors.transposed(x.clone()));
+        for i in 0..width {
+            let row: f64 = (0..width).map(|k| inverse[i * width + k] * x[k]).sum();
+            let column: f64 = (0..width).map(|k| inverse[k * width + i] * x[k]).sum();
+            assert!((row - direct[i]).abs() < 1e-14 * condition, "{i}");
+            assert!((column - transposed[i]).abs() < 1e-14 * condition, "{i}");
         }
     }
 

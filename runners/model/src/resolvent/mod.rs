@@ -3,41 +3,48 @@
 //! [`fredholm_core::resolvent`] has the mathematics. The standard deviation of a point is known before the first one, so that cells and
 //! degree are chosen without pilots.
 
+mod blocks;
 mod choose;
 mod cut;
+mod images;
 mod inverse;
 mod regular;
+mod replicates;
 mod walks;
 
 use std::time::Instant;
 
 use fredholm_core::{StopReason, Tolerance};
 
-pub use crate::question::{ResolventAnswer, ResolventEstimate, ResolventQuestion};
-use crate::{Error, MOST_SECONDS, Settings};
+use crate::numbers::widening;
+pub use crate::question::{
+    FoundField, ResolventAnswer, ResolventEstimate, ResolventFigures, ResolventFound,
+    ResolventQuestion, RunReplicates,
+};
+use crate::{Error, GlobalQuantity, IMAGE_HEAD, MOST_SECONDS, Region, Settings};
+use choose::Chosen;
 
-pub use cut::{CutFigures, ResolventCut, ResolventWalks, cut_of};
+pub use cut::{ByImages, ResolventCut, ResolventWalks, cut_of};
 pub use fredholm_core::resolvent::{Grid, edges};
 pub use regular::{ByDensity, Functional, RegularKind};
 
 /// The largest spectral radius of (1 + |R_n|)|K − K_n| that is walked with: error bars keep their coverage there.
 pub const MOST_RADIUS: f64 = 0.3;
-/// The most unknowns, of which a table of all pairs is inverted.
-pub const MOST_UNKNOWNS: usize = 2000;
+/// The most unknowns, of which a table has all pairs: those of degree 2 in 8³ cells.
+pub const MOST_UNKNOWNS: usize = 5120;
 /// The fewest degrees of freedom of an error bar that ends the walks.
 const LEAST_FREEDOM: f64 = 2.0;
-/// The normal distribution's quantile of 95 % on both sides.
-const NORMAL: f64 = 1.959_964;
 /// Points of the first round, about, if no error is asked for that takes more.
 const FIRST: f64 = 4096.0;
-/// The part of the points that the tables predict that the first round has: nets gain on it.
-const FIRST_SHARE: f64 = 1.0 / 64.0;
+/// The part of the points that are predicted that the first round has.
+const FIRST_SHARE: f64 = 1.0 / 16.0;
 /// Seconds of the first round at most.
 const FIRST_SECONDS: f64 = 1.0;
 /// Seconds of a round at most.
 const MOST_ROUND_SECONDS: f64 = 8.0;
-/// Every round has so many times the points of the one before.
+/// Every round has at most so many times the points of the one before, and at least so many times those of all before: longer nets gain more.
 const GROWTH: f64 = 4.0;
+const LEAST_GROWTH: f64 = 1.0;
 
 /// How large a cut equation may be, and what its functions take.
 #[derive(Clone, Debug)]
@@ -50,14 +57,36 @@ pub struct ResolventSizes {
     pub seconds: [f64; 2],
 }
 
-/// Student's quantile of 95 % with so many degrees of freedom, over that of the normal distribution: an error bar of few counts for as
-/// much as its interval is wider. The expansion of Cornish and Fisher, 3 % too small at 2.
-fn widening(freedom: f64) -> f64 {
-    let z = NORMAL;
-    let first = (z.powi(3) + z) / 4.0;
-    let second = (5.0 * z.powi(5) + 16.0 * z.powi(3) + 3.0 * z) / 96.0;
-    let third = (3.0 * z.powi(7) + 19.0 * z.powi(5) + 17.0 * z.powi(3) - 15.0 * z) / 384.0;
-    1.0 + (first + (second + third / freedom) / freedom) / freedom / z
+/// The numbers of cells of an axis to choose from.
+const LEVELS: [usize; 20] = [
+    1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024,
+];
+
+impl ResolventSizes {
+    /// The sizes of [grids](Grid) between the inner edges of every axis in so many images of a cube: so many cells of an axis, if that is
+    /// given, or else as many as the edges ask for, and more. `seconds`: of a value of K, and of F.
+    #[must_use]
+    pub fn of_grid(
+        edges: &[Vec<f64>],
+        images: usize,
+        cells: Option<usize>,
+        seconds: [f64; 2],
+    ) -> Self {
+        let least = edges.iter().map(|inner| inner.len() + 1).max().unwrap_or(1);
+        let more = LEVELS.into_iter().filter(|&cells| cells > least);
+        let all = || core::iter::once(least).chain(more).collect();
+        let axes = cells.map_or_else(all, |cells| vec![cells]);
+        let dimension = edges.len();
+        let level = |cells: usize| {
+            let of_image = cells.saturating_pow(dimension as u32);
+            [cells, images.saturating_mul(of_image)]
+        };
+        Self {
+            levels: axes.into_iter().map(level).collect(),
+            dimension,
+            seconds,
+        }
+    }
 }
 
 /// Whether an error is asked for that rounding alone is above: no points reach it.
@@ -74,41 +103,91 @@ fn is_below_rounding(
     }
 }
 
-/// Makes a solved equation with so many cells, and polynomials of this degree.
-pub type MakeCut<'a> = dyn Fn(usize, usize) -> Result<Box<dyn ResolventCut + 'a>, Error> + 'a;
+/// Cells as they are asked for, and the degree of polynomials on them.
+pub type CellsAndDegree = [usize; 2];
 
-/// Answers all goals.
-///
-/// # Errors
-/// [`Error::Regular`]: no cells that serve are found. [`Error::Cancelled`]: before there was a result. Those of the equation.
-pub fn answer(
-    question: &ResolventQuestion<'_>,
-    sizes: &ResolventSizes,
-    make: &MakeCut<'_>,
-) -> Result<ResolventAnswer, Error> {
-    let start = Instant::now();
+/// Makes a solved equation with these cells, by whose resolvent walks go on or by that of fewer ones.
+pub type MakeCut<'f, 'a> = dyn Fn(CellsAndDegree, Option<CellsAndDegree>) -> Result<Box<dyn ResolventCut + 'a>, Error>
+    + 'f;
+
+/// The points that are walked at most: `walks` for every goal, or for all of them if values are images.
+fn most_points(question: &ResolventQuestion<'_>, are_images: bool) -> f64 {
     let settings = question.settings;
-    let chosen = choose::choose(question, sizes, make)?;
-    let mut walks = chosen.cut.walks(question.goals)?;
-    let setup_seconds = start.elapsed().as_secs_f64();
-    let walking = Instant::now();
-    let most = settings.walks.unwrap_or(match settings.tolerance {
+    // Where none are wanted cells are those of some.
+    let asked = settings.walks.filter(|walks| *walks > 0);
+    let each = asked.unwrap_or(match settings.tolerance {
         Some(_) => u64::MAX,
         None => Settings::WALKS,
     });
-    let most = most as f64 * question.goals.len() as f64;
-    let needed = |estimates: &[ResolventEstimate]| {
-        let tolerance = settings.tolerance?;
-        let off = estimates.iter().map(|own| {
-            let error = match tolerance {
-                Tolerance::Absolute(error) => error,
-                Tolerance::Relative(share) => share * own.value.abs(),
-            };
-            own.std_error * widening(own.freedom) / error
-        });
-        Some(off.fold(0.0, f64::max))
+    let starts = if are_images { 1 } else { question.goals.len() };
+    each as f64 * starts as f64
+}
+
+/// The error that a tolerance asks for of a value.
+fn bound_of(tolerance: Tolerance, value: f64) -> f64 {
+    match tolerance {
+        Tolerance::Absolute(error) => error,
+        Tolerance::Relative(share) => share * value.abs(),
+    }
+}
+
+/// Answers all goals: by rows, or by images of one function, unless these turn out to lose too much.
+///
+/// # Errors
+/// [`Error::Regular`]: no cells that serve are found. [`Error::Cancelled`]: before there was a result. Those of the equation.
+pub fn answer<'a>(
+    question: &ResolventQuestion<'_>,
+    sizes: &ResolventSizes,
+    make: &MakeCut<'_, 'a>,
+) -> Result<ResolventFound<'a>, Error> {
+    let start = Instant::now();
+    let chosen = choose::choose(question, sizes, make)?;
+    if let Some(found) = walk(question, sizes.dimension, chosen, start)? {
+        return Ok(found);
+    }
+    let settings = Settings {
+        global: Some(false),
+        ..question.settings.clone()
     };
-    let mut next = match settings.tolerance {
+    let by_rows = ResolventQuestion {
+        settings: &settings,
+        ..*question
+    };
+    let mut found = answer(&by_rows, sizes, make)?;
+    found.answer.setup_seconds = start.elapsed().as_secs_f64() - found.answer.walk_seconds;
+    Ok(found)
+}
+
+/// Walks on chosen cells. `None`: images lose too much.
+fn walk<'a>(
+    question: &ResolventQuestion<'_>,
+    dimension: usize,
+    chosen: Chosen<'a>,
+    start: Instant,
+) -> Result<Option<ResolventFound<'a>>, Error> {
+    let settings = question.settings;
+    let mut walks = chosen.cut.walks(question.goals, chosen.by)?;
+    let setup_seconds = start.elapsed().as_secs_f64();
+    let walking = Instant::now();
+    let most = match settings.walks {
+        Some(0) => 0.0,
+        _ => most_points(question, chosen.by.is_some()),
+    };
+    let figures = chosen.cut.figures();
+    let answer =
+        |estimates, [points, steps]: [u64; 2], (rounds, stop), walk_seconds| ResolventAnswer {
+            estimates,
+            cells: chosen.cells,
+            degree: chosen.degree,
+            figures,
+            points,
+            steps,
+            rounds,
+            stop,
+            setup_seconds,
+            walk_seconds,
+        };
+    let first = match settings.tolerance {
         Some(_) => {
             let most = FIRST_SECONDS / chosen.seconds;
             (FIRST_SHARE * chosen.points).clamp(FIRST, most.max(FIRST))
@@ -116,11 +195,10 @@ pub fn answer(
         None => FIRST,
     };
     if question.is_prediction {
-        let figures = chosen.cut.figures();
-        let points = if settings.tolerance.is_some() {
-            chosen.points
-        } else {
-            most
+        // The first round has some in any case.
+        let points = match settings.tolerance {
+            Some(_) => chosen.points.max(first).min(most),
+            None => most,
         };
         let known = walks.known().into_iter().map(|known| ResolventEstimate {
             value: known,
@@ -129,25 +207,37 @@ pub fn answer(
             freedom: 0.0,
             points: 0,
         });
-        return Ok(ResolventAnswer {
-            estimates: known.collect(),
-            cells: chosen.cells,
-            degree: chosen.degree,
-            unknowns: figures.unknowns,
-            radius: figures.radius,
-            condition: figures.condition,
-            rounding: figures.rounding,
-            points: points as u64,
-            steps: 0,
-            rounds: 0,
-            stop: StopReason::Done,
-            setup_seconds,
-            walk_seconds: points * chosen.seconds,
-        });
+        let counts = [points as u64, 0];
+        let seconds = points * chosen.seconds;
+        let answer = answer(known.collect(), counts, (0, StopReason::Done), seconds);
+        return Ok(Some(ResolventFound {
+            answer,
+            field: None,
+        }));
     }
+    if let Some(run) = question.run {
+        let predicted = answer(
+            Vec::new(),
+            [chosen.points as u64, 0],
+            (0, StopReason::Done),
+            0.0,
+        );
+        replicates::run(question, &*walks, &predicted, run)?;
+        return Ok(Some(ResolventFound {
+            answer: predicted,
+            field: None,
+        }));
+    }
+    let needed = |estimates: &[ResolventEstimate]| {
+        let tolerance = settings.tolerance?;
+        let off = estimates
+            .iter()
+            .map(|own| own.std_error * widening(own.freedom) / bound_of(tolerance, own.value));
+        Some(off.fold(0.0, f64::max))
+    };
     let has_end = settings.walks.is_some() || settings.time_limit.is_some();
-    let (mut points, mut rounds) = (0.0, 0);
-    let (cells, degree) = (chosen.cells, chosen.degree);
+    let (mut points, mut rounds, mut next) = (0.0, 0, first);
+    walks.set_gain(chosen.gain);
     let mut stop = StopReason::Done;
     while points < most {
         let own = next.min(most - points);
@@ -167,13 +257,12 @@ pub fn answer(
                 what: "the kernel or the source".to_owned(),
             });
         }
+        if settings.global != Some(true) && walks.is_biased(settings.tolerance) {
+            return Ok(None);
+        }
         let is_known = estimates.iter().all(|own| own.freedom >= LEAST_FREEDOM);
         let off = needed(&estimates).unwrap_or(f64::INFINITY);
-        if is_below_rounding(
-            &estimates,
-            &settings.tolerance,
-            chosen.cut.figures().rounding,
-        ) {
+        if is_below_rounding(&estimates, &settings.tolerance, figures.rounding) {
             stop = StopReason::ToleranceNotReached;
             break;
         }
@@ -196,24 +285,38 @@ pub fn answer(
         if settings.tolerance.is_some() && points >= most {
             stop = StopReason::ToleranceNotReached;
         }
+        walks.set_gain(walks.gain());
         // Whoever interrupts waits for a part of a round.
-        next = (next * GROWTH).min((MOST_ROUND_SECONDS / chosen.seconds).max(next));
+        let more = match settings.tolerance {
+            Some(_) => points * (off - 1.0).clamp(LEAST_GROWTH, GROWTH),
+            None => next * GROWTH,
+        };
+        next = more.min((MOST_ROUND_SECONDS / chosen.seconds).max(next));
     }
-    let [points, steps] = walks.counts();
-    let figures = chosen.cut.figures();
-    Ok(ResolventAnswer {
-        estimates: walks.estimates(),
-        cells,
-        degree,
-        unknowns: figures.unknowns,
-        radius: figures.radius,
-        condition: figures.condition,
-        rounding: figures.rounding,
-        points,
-        steps,
-        rounds,
-        stop,
-        setup_seconds,
-        walk_seconds: walking.elapsed().as_secs_f64(),
-    })
+    let (estimates, counts) = (walks.estimates(), walks.counts());
+    let seconds = walking.elapsed().as_secs_f64();
+    let answer = answer(estimates, counts, (rounds, stop), seconds);
+    let imaging = Instant::now();
+    let field = walks.into_found().zip(chosen.by);
+    let field = field.map(|((looks, blocks), by)| {
+        let score_degree = blocks.degree(dimension);
+        let field = chosen.cut.field(blocks, by);
+        let regions = question.goals.iter().map(|goal| goal.region.clone());
+        let regions: Vec<Region> = regions.collect();
+        let is_looked_at = looks.len() == regions.len() * (IMAGE_HEAD + field.rows());
+        let images = match is_looked_at {
+            true => looks,
+            false => field.images(GlobalQuantity::U, &regions)?,
+        };
+        Ok::<_, Error>(FoundField {
+            images,
+            score_degree,
+            seconds: imaging.elapsed().as_secs_f64(),
+            field,
+        })
+    });
+    Ok(Some(ResolventFound {
+        answer,
+        field: field.transpose()?,
+    }))
 }

@@ -2,17 +2,17 @@
 
 use std::time::Instant;
 
-use fredholm_core::{At, Batch, Goal, Goals, LastStep, Real, Value as _, WideOf};
+use fredholm_core::{At, Equation as _, Goal, LastStep, Real, Value as _};
 use fredholm_model::{
-    BLANK, Beside, Discretisation, Error, Model as _, Region, Spot, WalkOptions, channels,
-    in_scalar,
+    Beside, Discretisation, Error, Model as _, Region, Spot, SpotWalks, WalkOptions, WriteSpot,
+    channels, in_scalar, spots,
 };
-use fredholm_rayon::{Observer, fill_rows};
-use fredholm_room::{Enclosure, RoomEquation, STEFAN_BOLTZMANN, Seen};
+use fredholm_rayon::Observer;
+use fredholm_room::{Enclosure, Room, STEFAN_BOLTZMANN, Seen, Tint, Wide};
 
 use crate::starts::Start;
 use crate::system::{Follow, plain};
-use crate::{Colours, RoomModel, with_equation};
+use crate::{RoomModel, with_equation};
 
 /// A stretch of a wall, of which u in the middle is wanted.
 #[derive(Clone, Copy, Debug)]
@@ -122,7 +122,7 @@ impl RoomModel {
         let mut fields = None;
         in_scalar!(discretisation.scalar, F => {
             let tables = system.cut.tables::<F>();
-            with_equation!(tables, system.views()?, lights, equation => {
+            with_equation!(tables, lights, equation => {
                 system.with_neighbour(equation, request.walk, &mut |follow| {
                     walking();
                     let walker = Walker { request, watch, model: self, equation, follow, beside: None };
@@ -148,27 +148,18 @@ pub(crate) fn is_inside(share: f64, closed: bool, epsilon: f64) -> bool {
     }
 }
 
-/// A function that writes all means of a spot by its number.
-type WriteSpot<'a> = dyn Fn(usize, &mut [Spot]) -> Result<(), Error> + Sync + 'a;
-
 /// Walks of one kind.
-struct Walker<'w, F: Real, E: RoomEquation<F>> {
+struct Walker<'w, 'a, F: Real, C: Tint<F>> {
     request: &'w FieldRequest<'w>,
     watch: &'w dyn Observer,
     model: &'w RoomModel,
-    equation: &'w E,
-    follow: &'w Follow<'w, F, E::Value>,
+    equation: &'w Room<'a, F, C>,
+    follow: &'w Follow<'w, F, C::Value>,
     /// The picture beside which plain walks make theirs.
     beside: Option<&'w Field>,
 }
 
-/// Positions whose estimates one thread makes in one go.
-const ROW: usize = 64;
-
-impl<F: Real, E: RoomEquation<F> + Sync> Walker<'_, F, E>
-where
-    WideOf<E>: Sync,
-{
+impl<F: Real, C: Tint<F>> Walker<'_, '_, F, C> {
     /// The numbers by plain walks, if they are wanted.
     fn beside(&self, field: &Field) -> Result<Option<Field>, Error> {
         if self.request.beside == Beside::Nothing {
@@ -198,7 +189,7 @@ where
         let (positions, stretches) = (self.request.positions, self.request.stretches);
         let (air, of_air) = self.spots(positions.len(), &|number, to| {
             let seen = Seen {
-                room: self.equation.room(),
+                room: self.equation,
                 position: positions[number].map(F::from_f64),
             };
             if !self.is_inside(number, &seen) {
@@ -210,7 +201,7 @@ where
         })?;
         let (walls, of_walls) = self.spots(stretches.len(), &|number, to| {
             let stretch = stretches[number];
-            let point = self.equation.room().on_wall(stretch.wall, stretch.middle)?;
+            let point = self.equation.on_wall(stretch.wall, stretch.middle)?;
             let seeds = positions.len() + number;
             let walks = walks * stretch.weight;
             self.walk(seeds, walks, &Region::Whole, Start::Point(At(point)), to)
@@ -225,7 +216,7 @@ where
     }
 
     /// Whether a position is in the room.
-    fn is_inside(&self, number: usize, seen: &Seen<'_, '_, F>) -> bool {
+    fn is_inside(&self, number: usize, seen: &Seen<'_, '_, F, C>) -> bool {
         if let Some(field) = self.beside {
             return field
                 .air
@@ -238,24 +229,15 @@ where
         is_inside(share, closed, F::EPSILON.to_f64())
     }
 
-    /// The last mean of so many spots, and all others; blank where nothing is written.
+    /// The last mean of so many spots, and all others.
     fn spots(
         &self,
         count: usize,
         write: &WriteSpot<'_>,
     ) -> Result<(Vec<Spot>, Vec<Vec<Spot>>), Error> {
-        let names = self.model.colours().map(Colours::names);
-        let means = names.map_or(1, |names| names.shared().len());
-        let mut spots = vec![BLANK; count * means];
-        fill_rows(&mut spots, ROW * means, |row, spots| {
-            for (i, to) in spots.chunks_mut(means).enumerate() {
-                write(row * ROW + i, to)?;
-            }
-            Ok::<(), Error>(())
-        })?;
-        let of = |mean: usize| spots.iter().skip(mean).step_by(means).copied().collect();
-        // The sum of several channels comes last.
-        Ok((of(means - 1), (0..means - 1).map(of).collect()))
+        let colours = self.model.colours();
+        let means = colours.map_or(1, |colours| colours.names.shared().len());
+        spots(count, means, write)
     }
 
     /// A few walks from one start.
@@ -264,51 +246,38 @@ where
         number: usize,
         walks: u64,
         region: &Region,
-        start: Start<'_, '_, F>,
+        start: Start<'_, '_, F, C>,
         to: &mut [Spot],
     ) -> Result<(), Error> {
-        if self.watch.cancelled() {
-            return Err(Error::Cancelled);
-        }
-        let known = self.model.known(self.equation, &start, region)?;
         let (mean, is_exact) = self.mean(&start, region)?;
         let goal = Goal {
-            functional: start,
+            known: self.model.known(self.equation, &start, region)?,
             control_mean: is_exact.then_some(mean),
-            known,
+            functional: start,
         };
-        let mut batches = vec![Batch::new(0, walks, walks); to.len()];
-        let walked = LastStep(self.equation);
-        let names = self.model.colours().map(Colours::names);
-        Goals::new(
-            &walked,
-            self.follow.neighbour,
-            &[],
-            self.request.walk.for_core(),
-        )
-        .with_sum(names.map_or(&[][..], |names| names.weights()))
-        .run_goal(&goal, number as u64, &mut batches, u64::MAX)
-        .map_err(|error| Error::Picture(format!("pixel or piece {number}: {error}")))?;
-        for (batch, to) in batches.iter().zip(to) {
-            let statistics = batch.statistics();
-            if statistics.terminations().step_limit > 0 {
-                let why = "a walk met the step limit, so that a picture would be biased: leave `absorption` out, or use a larger one";
-                return Err(Error::Picture(why.to_owned()));
-            }
-            *to = match self.follow.v {
-                None => statistics.plain().into(),
-                Some(_) => statistics.preconditioned().into(),
-            };
-        }
+        let colours = self.model.colours();
+        let walker = SpotWalks {
+            equation: &LastStep(self.equation),
+            neighbour: self.follow.neighbour,
+            walk: self.request.walk,
+            weights: colours.map_or(&[], |colours| colours.names.weights()),
+            is_plain: self.follow.v.is_none(),
+            watch: self.watch,
+        };
+        walker.walk(&goal, number as u64, walks, to)?;
         self.watch.walked(walks);
         Ok(())
     }
 
     /// (v, Φ) of a start if it is exact: in the air of a room with lights every walk looks for itself, which a sum over panels of
     /// directions for every pixel would take longer than.
-    fn mean(&self, start: &Start<'_, '_, F>, region: &Region) -> Result<(WideOf<E>, bool), Error> {
+    fn mean(
+        &self,
+        start: &Start<'_, '_, F, C>,
+        region: &Region,
+    ) -> Result<(Wide<F, C>, bool), Error> {
         if matches!(start, Start::Air(_)) && self.follow.has_light {
-            let nothing = WideOf::<E>::splat(self.equation.channels(), 0.0);
+            let nothing = Wide::<F, C>::splat(self.equation.channels(), 0.0);
             return Ok((nothing, false));
         }
         self.model

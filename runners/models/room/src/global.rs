@@ -5,9 +5,9 @@ mod picture;
 
 use std::sync::{Arc, OnceLock};
 
-use fredholm_core::galerkin::{Basis, legendre};
+use fredholm_core::Real;
+use fredholm_core::galerkin::legendre;
 use fredholm_core::global::{BasisScores, GlobalTask, Scores};
-use fredholm_core::{Located, Real};
 use fredholm_model::numbers::{dot, largest};
 use fredholm_model::{
     CellNodes, Error, GlobalField, GlobalQuantity, GlobalRequest, GlobalSystem, IMAGE_HEAD, Region,
@@ -55,8 +55,8 @@ impl<'m> RoomGlobal<'m> {
             ..*request.walk
         };
         let tables = Tables::<F>::new(&self.system.cut.model.scene, &self.system.cut.mesh);
-        let room = tables.room(self.system.views()?);
-        self.system.with_neighbour(&room, &walk, &mut |follow| {
+        let room = tables.room();
+        self.system.with_any_neighbour(&room, &walk, &mut |follow| {
             of_degree!(request.degree, B => {
                 let scores: &(dyn Scores<Point<F>> + Sync) = &BasisScores::<_, B>(&room);
                 let options = walk.for_core();
@@ -104,9 +104,7 @@ impl<'m> GlobalSystem<'m> for RoomGlobal<'m> {
     }
 
     fn measure(&self, cell: usize) -> f64 {
-        Tables::<f64>::new(&self.system.cut.model.scene, &self.system.cut.mesh)
-            .partition()
-            .length(cell)
+        self.system.cut.mesh.cells().length(cell)
     }
 
     fn sizes(&self) -> [f64; 2] {
@@ -169,40 +167,6 @@ struct RoomField<'m> {
     lifted: OnceLock<Vec<f64>>,
 }
 
-/// The functions on cells, without their number as a constant: what makes images of them is compiled once.
-trait Functions: Sync {
-    /// The irradiance at a point in terms of all functions.
-    fn irradiance(&self, x: &Point<f64>, out: &mut [f64]);
-
-    /// The functions at a point of a cell, and zeros.
-    fn at(&self, x: &Located<Point<f64>>) -> [f64; MOST_DEGREE + 1];
-}
-
-/// Functions of one degree.
-struct OfDegree<'r, 'a, const B: usize>(&'r Room<'a, f64>);
-
-impl<const B: usize> Functions for OfDegree<'_, '_, B> {
-    fn irradiance(&self, x: &Point<f64>, out: &mut [f64]) {
-        for (j, out) in out.chunks_exact_mut(B).enumerate() {
-            out.copy_from_slice(&self.0.form_factors::<B>(x, j));
-        }
-    }
-
-    fn at(&self, x: &Located<Point<f64>>) -> [f64; MOST_DEGREE + 1] {
-        let mut all = [0.0; MOST_DEGREE + 1];
-        let psi: [f64; B] = self.0.basis(x);
-        for (all, psi) in all.iter_mut().zip(psi) {
-            *all = psi;
-        }
-        all
-    }
-}
-
-/// The functions on every cell of a room, by their number.
-fn functions<'r>(room: &'r Room<'_, f64>, count: usize) -> Box<dyn Functions + 'r> {
-    of_degree!(count - 1, B => Box::new(OfDegree::<B>(room)))
-}
-
 /// A quantity at a point of a wall, or its mean over a wall: a constant, and a multiple of the irradiance.
 fn terms(quantity: GlobalQuantity, emission: f64, reflectance: f64) -> [f64; 2] {
     match quantity {
@@ -217,8 +181,9 @@ impl RoomField<'_> {
         self.system.cut.mesh.len() * self.functions
     }
 
-    fn room(&self) -> Result<Room<'_, f64>, Error> {
-        Ok(self.tables.room(self.system.views()?))
+    /// The irradiance at a point in terms of all functions.
+    fn irradiance(&self, room: &Room<'_, f64>, x: &Point<f64>, out: &mut [f64]) {
+        of_degree!(self.functions - 1, B => room.all_form_factors::<B>(x, out));
     }
 
     /// Constant and factor of a quantity on a wall.
@@ -250,7 +215,7 @@ impl RoomField<'_> {
 
     fn image(
         &self,
-        (room, functions): (&Room<'_, f64>, &dyn Functions),
+        room: &Room<'_, f64>,
         quantity: GlobalQuantity,
         region: &Region,
         out: &mut [f64],
@@ -263,7 +228,7 @@ impl RoomField<'_> {
                 let terms = self.terms(quantity, wall)?;
                 // Nothing of the irradiance arrives in u of a black wall.
                 if terms[1] != 0.0 {
-                    functions.irradiance(&x, &mut moments);
+                    self.irradiance(room, &x, &mut moments);
                 }
                 self.contract(terms, &moments, &self.rows, out);
             }
@@ -273,7 +238,7 @@ impl RoomField<'_> {
                 }
                 let position = [0, 1].map(|k| x.get(k).copied().unwrap_or(f64::NAN));
                 Seen { room, position }.moments(self.functions, &mut moments);
-                let rows = self.lifted(room, functions)?;
+                let rows = self.lifted(room)?;
                 self.contract([0.0, 1.0], &moments, rows, out);
                 // What the highest degree is worth.
                 let highest = (rows.iter().zip(&moments)).skip(self.functions - 1);
@@ -296,7 +261,7 @@ impl RoomField<'_> {
     }
 
     /// F + T_K v and all images as piecewise polynomials.
-    fn lifted(&self, room: &Room<'_, f64>, of: &dyn Functions) -> Result<&[f64], Error> {
+    fn lifted(&self, room: &Room<'_, f64>) -> Result<&[f64], Error> {
         if let Some(lifted) = self.lifted.get() {
             return Ok(lifted);
         }
@@ -315,7 +280,7 @@ impl RoomField<'_> {
                 let x = room.inside(cell, 0.5 + 0.5 * t);
                 let x = x.ok_or(Error::Internal("a cell that is none"))?;
                 let terms = self.terms(GlobalQuantity::U, x.wall())?;
-                of.irradiance(&x, &mut moments);
+                self.irradiance(room, &x, &mut moments);
                 self.contract(terms, &moments, &self.rows, &mut image);
                 let psi: [f64; MOST_DEGREE + 1] = legendre(*t);
                 let values = [image[0]]
@@ -342,10 +307,9 @@ impl RoomField<'_> {
     fn all_images(&self, quantity: GlobalQuantity, regions: &[Region]) -> Result<Vec<f64>, Error> {
         let width = IMAGE_HEAD + self.rows();
         let mut out = vec![0.0; regions.len() * width];
-        let room = self.room()?;
-        let functions = functions(&room, self.functions);
+        let room = self.tables.room();
         fill_rows(&mut out, width, |region, out| {
-            self.image((&room, &*functions), quantity, &regions[region], out)
+            self.image(&room, quantity, &regions[region], out)
         })?;
         Ok(out)
     }

@@ -1,6 +1,5 @@
 //! Light and heat in polygonal rooms, with sizes chosen at run time.
 
-mod colours;
 mod examine;
 mod export;
 mod field;
@@ -15,19 +14,19 @@ mod starts;
 mod surfaces;
 mod system;
 
-use fredholm_room::{Grading, Mesh, Scene, Seen, Tables, VisibilityTable};
+use fredholm_room::{Grading, Mesh, Scene, Seen, Tables};
 
-pub use colours::Colours;
 pub use field::{Field, FieldRequest, Stretch};
+pub use fredholm_model::channels::Colours;
 pub use fredholm_model::{Beside, Spot};
 pub use fredholm_room::Material;
 pub use surfaces::Surfaces;
 
 use fredholm_core::Statistics;
-use fredholm_model::About;
-use fredholm_model::channels;
+use fredholm_model::channels::{self, ColouredPart};
 use fredholm_model::heat::RadiativeExchange;
 use fredholm_model::memory::refuse_beyond_memory;
+use fredholm_model::{About, WholeValues};
 use fredholm_model::{
     Derived, Discretisation, Error, Goal, LastSteps, Model, Pairs, Partitioned, Region, Scalar,
     Subject, in_scalar,
@@ -60,24 +59,21 @@ pub(crate) use of_degree;
 /// An expression in which the equation of walks, of one channel or of several, has this name: of one type each for one, for colours and
 /// for many.
 macro_rules! with_equation {
-    ($tables:expr, $views:expr, $lights:expr, $equation:ident => $then:expr) => {{
-        let room = &$tables.tables.room($views).with_lights($lights)?;
+    ($tables:expr, $lights:expr, $equation:ident => $then:expr) => {{
+        let room = $tables.tables.room().with_lights($lights)?;
         match &$tables.colours {
             None => {
-                let $equation = room;
+                let $equation = &room;
                 $then
             }
             // Red, green and blue are three.
-            Some(walls) if walls.channels() <= 4 => {
-                let $equation = &fredholm_room::ColouredRoom::<_, 4>::new(room, walls.colours()?)?;
+            Some(colours) if colours.channels <= 4 => {
+                let $equation = &room.with_colours(colours.tint::<4>())?;
                 $then
             }
-            Some(walls) => {
-                let $equation =
-                    &fredholm_room::ColouredRoom::<_, { fredholm_core::MOST_CHANNELS }>::new(
-                        room,
-                        walls.colours()?,
-                    )?;
+            Some(colours) => {
+                let colours = colours.tint::<{ fredholm_core::MOST_CHANNELS }>();
+                let $equation = &room.with_colours(colours)?;
                 $then
             }
         }
@@ -132,7 +128,16 @@ impl RoomModel {
     /// [`Error::Option`]: the room has other surfaces or materials than these; it is one of temperatures; or the channels
     /// are none, or more than a walk serves.
     pub fn with_colours(self, colours: Colours) -> Result<Self, Error> {
-        colours.check(&self.surfaces)?;
+        let parts = |(surface, own): (usize, &Vec<Material>)| {
+            let of = move |(part, &largest)| ColouredPart {
+                surface,
+                part,
+                largest,
+            };
+            own.iter().enumerate().map(of).collect::<Vec<_>>()
+        };
+        let materials = self.surfaces.materials.iter().enumerate();
+        colours.check(&self.surfaces.names, materials.flat_map(parts))?;
         if self.surfaces.heat {
             return channels::refuse_heat();
         }
@@ -188,7 +193,7 @@ impl RoomModel {
         }
         let mesh = Mesh::new::<f64>(&self.scene, 1, Grading::default())?;
         let tables = Tables::<f64>::new(&self.scene, &mesh);
-        let room = &tables.room(VisibilityTable::none());
+        let room = &tables.room();
         let (ones, closed) = (vec![1.0; mesh.len()], !self.surfaces.open);
         let sees = |&position: &[f64; 2]| {
             let [_, share] = Seen { room, position }.of(&ones);
@@ -273,6 +278,12 @@ impl Model for RoomModel {
             takes_any_cells: true,
             counts_evaluations: false,
             takes_resolvent: false,
+            whole: match self.colours {
+                None => WholeValues::Points,
+                Some(_) => WholeValues::None,
+            },
+            most_lift: 0,
+            has_sequences: false,
         }
     }
 
@@ -282,13 +293,11 @@ impl Model for RoomModel {
 
     fn unit(&self) -> Option<&'static str> {
         let heat = self.surfaces.heat.then_some("W/m2");
-        heat.or_else(|| self.colours.as_ref()?.names().unit())
+        heat.or_else(|| self.colours.as_ref()?.names.unit())
     }
 
     fn channels(&self) -> &[String] {
-        self.colours
-            .as_ref()
-            .map_or(&[], |own| own.names().shared())
+        self.colours.as_ref().map_or(&[], |own| own.names.shared())
     }
 
     fn position(&self, region: &Region) -> Option<Vec<f64>> {
@@ -333,14 +342,14 @@ impl Model for RoomModel {
         (0..points).map(|i| Region::On(part, at(i))).collect()
     }
 
-    fn check(&self, _: &Discretisation, pairs: Pairs) -> Result<(), Error> {
-        if pairs != Pairs::Paper {
+    fn check(&self, discretisation: &Discretisation, pairs: Pairs) -> Result<(), Error> {
+        if pairs != Pairs::Paper || discretisation.degree == 0 && self.colours.is_none() {
             return Ok(());
         }
         Err(Error::Option {
             subject: Subject::Pairs,
-            message: "the neighbour equation of a room has h = k, with G from rays or by all pairs of cells: leave `pairs` out, or \
-                      write `pairs = \"rays\"` or `pairs = \"pointwise\"`"
+            message: "the paper's pairs of cells are of functions that are constant on cells, in one channel: leave `pairs` and `method` \
+                      out, or `degree` and `channels`"
                 .to_owned(),
         })
     }
@@ -369,10 +378,6 @@ impl Model for RoomModel {
         let first = self.levels(discretisation).first().copied();
         let first = first.unwrap_or(4 * self.scene.geometry().walls().len());
         vec![first / 4, first / 2]
-    }
-
-    fn has_whole(&self) -> bool {
-        self.colours.is_none()
     }
 
     fn last_steps(&self) -> LastSteps {
@@ -409,7 +414,7 @@ impl Model for RoomModel {
 
     fn derive(&self, goals: &[Goal], statistics: &[Statistics]) -> Derived {
         match &self.colours {
-            Some(colours) => self.of_channels(colours, goals, statistics),
+            Some(colours) => self.derived_in(colours, goals, statistics),
             None => self.derived(goals, statistics),
         }
     }

@@ -50,8 +50,9 @@ impl RoomModel {
         }
         let direct = match self.wall_colours() {
             None => vec![DirectLight::new(&self.scene, &self.lights.walls)?],
-            Some(walls) => {
-                DirectLight::of_channels(&self.scene, &self.lights.walls, &walls.colours()?)?
+            Some(colours) => {
+                let tint = colours.tint::<{ fredholm_core::MOST_CHANNELS }>();
+                DirectLight::of_channels(&self.scene, &self.lights.walls, &tint)?
             }
         };
         Ok(self.lights.direct.get_or_init(|| direct))

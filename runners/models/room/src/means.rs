@@ -9,14 +9,14 @@ use fredholm_model::Error;
 
 /// The mean of u over ranges of walls, weighted by length.
 #[derive(Clone, Debug)]
-pub(crate) struct Means<'r, 'a, F> {
+pub(crate) struct Means<'r, 'a, F, C> {
     /// The mean over each, and the share of the length of this and all before.
-    ranges: Vec<(MeanOver<'r, 'a, F>, f64)>,
+    ranges: Vec<(MeanOver<'r, 'a, F, C>, f64)>,
 }
 
-impl<'r, 'a, F: Real> Means<'r, 'a, F> {
+impl<'r, 'a, F: Real, C> Means<'r, 'a, F, C> {
     /// Over these walls.
-    pub(crate) fn new(room: &'r Room<'a, F>, walls: Vec<Range<usize>>) -> Result<Self, Error> {
+    pub(crate) fn new(room: &'r Room<'a, F, C>, walls: Vec<Range<usize>>) -> Result<Self, Error> {
         let length = |walls: &Range<usize>| -> f64 {
             let own = room.geometry().walls().get(walls.clone());
             let own = own.unwrap_or_default().iter();
@@ -37,7 +37,7 @@ impl<'r, 'a, F: Real> Means<'r, 'a, F> {
             return mean.of(v);
         }
         let mut before = 0.0;
-        let term = |(mean, sum): &(MeanOver<'r, 'a, F>, f64)| {
+        let term = |(mean, sum): &(MeanOver<'r, 'a, F, C>, f64)| {
             let share = sum - before;
             before = *sum;
             share * mean.of(v)
@@ -46,7 +46,7 @@ impl<'r, 'a, F: Real> Means<'r, 'a, F> {
     }
 }
 
-impl<F: Real, E: Equation<Scalar = F, Point = Point<F>>> Functional<E> for Means<'_, '_, F> {
+impl<F: Real, C, E: Equation<Scalar = F, Point = Point<F>>> Functional<E> for Means<'_, '_, F, C> {
     #[inline]
     fn start<U: Uniforms<F>>(&self, equation: &E, uniforms: &mut U) -> StartOf<E> {
         // Of one surface without a draw that chooses it.

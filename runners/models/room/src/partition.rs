@@ -3,40 +3,27 @@
 use std::sync::Arc;
 
 use fredholm_core::Real;
-use fredholm_core::galerkin::collatz_wielandt_bounds;
 use fredholm_model::cost::{Cost, PointwisePairs, WalkCost};
+use fredholm_model::finite::{check_plain, radius_by_steps};
 use fredholm_model::{
     Discretisation, Error, Goal, Pairs, Partitioned, Prepared, Request, SavedSystem, System, Then,
     WalkOptions, in_scalar,
 };
-use fredholm_room::{Matrix, Mesh, Tables, VisibilityTable, min_mass_ratio};
+use fredholm_room::{ColourTables, Mesh, Tables};
 
-use crate::colours::WallTables;
 use crate::system::plain;
-use crate::{Colours, DEFAULT_CELLS, RoomModel, with_equation};
+use crate::{DEFAULT_CELLS, RoomModel, with_equation};
 
-/// The relative residual at which the Gauss–Seidel iteration stops.
-pub(crate) const TOLERANCE: f64 = 1e-14;
-/// The most sweeps.
-pub(crate) const SWEEPS: u32 = 10_000;
-/// The most unknowns of degrees 0 and 1 of which all coefficients are computed for v: 130 MB, and a second of a processor at
-/// degree 0. Of more unknowns v comes from as many of degree 3 as `FEW`: in furnished rooms it is as good with 10,000 cells. Of
-/// higher degrees it always comes from few, at most as many as there are: coefficients of cells that see a part of each other
-/// hold to some six digits, which is what v of degree 4 would have, and a step by exact irradiances leaves up to 180 times less.
-const MOST_IN_PAIRS: usize = 4000;
-pub(crate) const FEW: usize = 1000;
+/// The unknowns of the solution on few cells of degree 3 from which v comes, as many as there are between these: in furnished rooms v is as good
+/// with 10,000 cells.
+const FEW: [usize; 2] = [100, 1000];
 /// The functions on a cell of that solution.
 const FEW_FUNCTIONS: usize = 4;
 /// Cells enough to estimate a spectral radius: on 50 it is within 0.4 % of what it is on 400 in the rooms of `examples/`.
 const COARSE: usize = 100;
-/// Powers of the matrix.
-const POWERS: u32 = 200;
 
-/// Seconds, on the machine that all this was measured on: of a pair of the set-up, of every degree of it, and of a row's
-/// cells close by.
-const PAIR: f64 = 80e-9;
-const MOMENTS: f64 = 340e-9;
-const CLOSE: f64 = 15e-6;
+/// Seconds, on the machine that all this was measured on: of a pair of the set-up.
+const PAIR: f64 = 1.1e-6;
 /// Seconds of walks: a start, a ray for every level of the hierarchy over the walls, and a score without pairs.
 const START: f64 = 25e-9;
 const RAY: f64 = 38e-9;
@@ -59,7 +46,7 @@ const RAYS_BYTES: usize = 24 << 10;
 #[derive(Debug)]
 pub(crate) struct WalkTables<F> {
     pub(crate) tables: Tables<F>,
-    pub(crate) colours: Option<WallTables<F>>,
+    pub(crate) colours: Option<ColourTables<F>>,
 }
 
 impl RoomModel {
@@ -75,9 +62,11 @@ impl RoomModel {
     }
 
     /// The colours of all walls, if there are several channels.
-    pub(crate) fn wall_colours(&self) -> Option<WallTables<f64>> {
+    pub(crate) fn wall_colours(&self) -> Option<ColourTables<f64>> {
         let colours = self.colours.as_ref()?;
-        Some(colours.of_walls(&self.scene))
+        let walls = 0..self.scene.geometry().walls().len();
+        let places = walls.filter_map(|wall| self.scene.place(wall));
+        Some(colours.tables(places.map(|place| (place.surface, place.vertex))))
     }
 }
 
@@ -99,8 +88,8 @@ impl RoomPartition<'_> {
 
     /// The number of channels.
     pub(crate) fn channels(&self) -> usize {
-        let names = self.model.colours().map(Colours::names);
-        names.map_or(1, |names| names.channels())
+        let colours = self.model.colours();
+        colours.map_or(1, |colours| colours.names.channels())
     }
 
     /// The unknowns of one channel.
@@ -117,13 +106,6 @@ impl RoomPartition<'_> {
         }
     }
 
-    /// The coefficients of all pairs of cells.
-    pub(crate) fn matrix(&self) -> Result<Matrix, Error> {
-        let (scene, mesh, degree) = (&self.model.scene, &*self.mesh, self.cut.degree);
-        let ratio = min_mass_ratio(degree);
-        Ok(Matrix::with_functions(scene, mesh, ratio, degree + 1)?)
-    }
-
     /// Refuses walks of infinite variance: with constant absorption. By roulette weights are never above 1, and something of every room
     /// absorbs.
     pub(crate) fn refuse_infinite(&self, walk: &WalkOptions) -> Result<(), Error> {
@@ -135,11 +117,9 @@ impl RoomPartition<'_> {
         if largest * largest < 1.0 - q {
             return Ok(());
         }
-        fredholm_model::finite::check_plain(
-            "reflectance²/(1 − absorption)",
-            walk.absorption,
-            || self.plain_radius(),
-        )
+        check_plain("reflectance²/(1 − absorption)", walk.absorption, || {
+            self.plain_radius()
+        })
     }
 }
 
@@ -182,6 +162,10 @@ impl<'m> Partitioned<'m> for RoomPartition<'m> {
         };
         let walk = match pairs {
             Pairs::Pointwise => WalkCost { pair, ..plain },
+            Pairs::Paper => WalkCost {
+                score: SCORE + PAIR_OF_CONSTANTS,
+                ..plain
+            },
             _ => WalkCost {
                 score: SCORE + ray + RAYS_SCORE,
                 ..plain
@@ -189,16 +173,12 @@ impl<'m> Partitioned<'m> for RoomPartition<'m> {
         };
         let boxes = match pairs {
             Pairs::Pointwise => 0.0,
+            Pairs::Paper => n * n * PAIR,
             _ => RAYS_OF_CELL * n * ray,
         };
-        let matrix = |n: f64, degree: f64| n * n * (PAIR + degree * MOMENTS) + n * degree * CLOSE;
         let unknowns = self.unknowns();
-        let setup = if is_from_few(unknowns, self.cut.degree) {
-            let few = few_cells(unknowns, walls) as f64;
-            matrix(few, (FEW_FUNCTIONS - 1) as f64) + unknowns as f64 * STEP_FROM_FEW
-        } else {
-            matrix(n, degree)
-        };
+        let few = few_cells(unknowns, walls) as f64;
+        let setup = few * few * PAIR + unknowns as f64 * STEP_FROM_FEW;
         let cost = Cost {
             setup: setup + boxes,
             source: 0.0,
@@ -207,7 +187,7 @@ impl<'m> Partitioned<'m> for RoomPartition<'m> {
             plain,
             light: LIGHT * depth * self.model.lights(true).len() as f64,
         };
-        match self.model.colours().map(Colours::names) {
+        match self.model.colours().map(|colours| &colours.names) {
             Some(names) => cost.shared(names.shared().len(), names.channels()),
             None => cost,
         }
@@ -222,28 +202,11 @@ impl<'m> Partitioned<'m> for RoomPartition<'m> {
         (self.mesh.len() as f64).powi(2)
     }
 
-    /// On few cells: the rows of ρ F_ij, once more by ρ.
+    /// On few cells.
     fn plain_radius(&self) -> Result<f64, Error> {
-        let scene = &self.model.scene;
         let mesh = self.model.mesh(&self.cut, self.cells.min(COARSE))?;
-        let matrix = Matrix::new(scene, &mesh, min_mass_ratio(0))?;
-        let tables = Tables::<f64>::new(scene, &mesh);
-        let walls = scene.geometry();
-        let reflectance = |cell| {
-            let wall = tables.partition().wall(cell);
-            let wall = wall.and_then(|wall| walls.walls().get(wall));
-            wall.map_or(f64::NAN, |wall| wall.reflectance)
-        };
-        let n = mesh.len();
-        let mut apply = |w: &[f64], out: &mut [f64]| {
-            let rows = matrix.entries().chunks_exact(n);
-            for (cell, (out, row)) in out.iter_mut().zip(rows).enumerate() {
-                *out = reflectance(cell) * fredholm_model::numbers::dot(row, w);
-            }
-        };
-        let (mut w, mut next) = (vec![1.0; n], vec![0.0; n]);
-        let [_, high] = collatz_wielandt_bounds(&mut apply, &mut w, &mut next, POWERS);
-        Ok(high)
+        let tables = Tables::<f64>::new(&self.model.scene, &mesh);
+        Ok(radius_by_steps(&tables.room(), 2))
     }
 
     fn check_variance(&self, walk: &WalkOptions) -> Result<(), Error> {
@@ -256,13 +219,8 @@ impl<'m> Partitioned<'m> for RoomPartition<'m> {
 
     fn restore(&self, saved: SavedSystem<'m>) -> Result<Box<dyn System + 'm>, Error> {
         let unknowns = self.unknowns().saturating_mul(self.channels());
-        let views = match is_from_few(self.unknowns(), self.cut.degree) {
-            true => Some(0),
-            false => self.mesh.len().checked_mul(self.mesh.len()),
-        };
-        let solution = saved.fitting(unknowns, Some(0), views)?;
-        let system = self.with_solution(solution, saved.views);
-        system.views()?;
+        let solution = saved.fitting(unknowns, Some(0))?;
+        let system = self.with_solution(solution);
         Ok(Box::new(system))
     }
 
@@ -270,7 +228,7 @@ impl<'m> Partitioned<'m> for RoomPartition<'m> {
         let lights = self.model.lights(request.walk.last_step);
         in_scalar!(self.cut.scalar, F => {
             let tables = self.tables::<F>();
-            with_equation!(tables, VisibilityTable::none(), lights, equation => {
+            with_equation!(tables, lights, equation => {
                 plain(equation, &mut |follow| {
                     self.model.with_job(equation, follow, request, &mut |job, galerkin| {
                         then(&Prepared::plain(job, galerkin))
@@ -284,25 +242,18 @@ impl<'m> Partitioned<'m> for RoomPartition<'m> {
 /// Bytes of the tables of n cells.
 pub(crate) fn memory([n, walls]: [usize; 2], degree: usize) -> usize {
     let functions = degree + 1;
-    let matrix = |cells: usize, functions: usize| {
-        let pair = 1 + 8 * functions * functions;
-        cells.saturating_mul(cells).saturating_mul(pair)
-    };
-    let bytes = n.saturating_mul(200 + 8 * 8 * functions + RAYS_BYTES);
-    let unknowns = n.saturating_mul(functions);
-    bytes.saturating_add(if is_from_few(unknowns, degree) {
-        matrix(few_cells(unknowns, walls), FEW_FUNCTIONS)
-    } else {
-        matrix(n, functions)
-    })
+    let few = few_cells(n.saturating_mul(functions), walls).saturating_mul(FEW_FUNCTIONS);
+    n.saturating_mul(200 + 8 * 8 * functions + RAYS_BYTES)
+        .saturating_add(few.saturating_mul(few).saturating_mul(8))
 }
 
-/// Whether v comes from a solution on few cells, without coefficients of all pairs.
-pub(crate) const fn is_from_few(unknowns: usize, degree: usize) -> bool {
-    degree > 1 || unknowns > MOST_IN_PAIRS
+/// The unknowns of the solution from which so many come.
+pub(crate) fn few(unknowns: usize) -> usize {
+    let [least, most] = FEW;
+    unknowns.clamp(least, most)
 }
 
 /// The cells of the solution from which so many unknowns come: every wall is one at least.
 fn few_cells(unknowns: usize, walls: usize) -> usize {
-    walls.max(unknowns.min(FEW).div_ceil(FEW_FUNCTIONS))
+    walls.max(few(unknowns).div_ceil(FEW_FUNCTIONS))
 }

@@ -1,34 +1,30 @@
 //! Where walks start, and what is known there.
 
 use fredholm_core::{
-    At, Equation, Functional, Goal, Goals, LastStep, NoDraws, Real, StartOf, Uniforms, Value,
-    WideOf,
+    At, Equation, Functional, Goal, Goals, LastStep, Lights as _, NoDraws, Real, StartOf, Uniforms,
+    Value,
 };
 use fredholm_model::heat::RadiativeExchange as _;
 use fredholm_model::{Error, Region, Request, WithJob};
-use fredholm_room::{Irradiance, Point, Room, RoomEquation, Seen};
-use fredholm_variance::Density;
+use fredholm_room::{Grey, Irradiance, Point, Room, Seen, Tint, Wide};
 
+use crate::RoomModel;
 use crate::means::Means;
 use crate::system::Follow;
-use crate::{Colours, RoomModel};
 
 /// Radians of the panels of directions in which a point in the air looks at what lights give to walls.
 pub(crate) const PANEL: f64 = 0.02;
 
 impl RoomModel {
     /// Prepares the walks of all goals, and of what a room needs besides; hands on their job, and (v, Φ) of each goal.
-    pub(crate) fn with_job<F: Real, E: RoomEquation<F> + Sync>(
+    pub(crate) fn with_job<F: Real, C: Tint<F>>(
         &self,
-        equation: &E,
-        follow: &Follow<'_, F, E::Value>,
+        equation: &Room<'_, F, C>,
+        follow: &Follow<'_, F, C::Value>,
         request: &Request<'_>,
         then: &mut WithJob<'_>,
-    ) -> Result<(), Error>
-    where
-        WideOf<E>: Sync,
-    {
-        let names = self.colours.as_ref().map(Colours::names);
+    ) -> Result<(), Error> {
+        let names = self.colours.as_ref().map(|colours| &colours.names);
         let regions: Vec<Region> = match names {
             Some(names) => {
                 let targets = names.targets(request.goals)?;
@@ -38,7 +34,7 @@ impl RoomModel {
         };
         let (mut goals, mut galerkin) = (Vec::new(), Vec::new());
         for region in &regions {
-            let start = self.start(equation.room(), region)?;
+            let start = self.start(equation, region)?;
             let known = self.known(equation, &start, region)?;
             let (mean, is_exact) = self.mean_of_v(equation, &start, region, follow)?;
             if galerkin.len() < request.goals.len() {
@@ -58,7 +54,7 @@ impl RoomModel {
         // Where irradiance does not follow from u it takes walks of its own.
         for region in &regions {
             if names.is_none() && self.takes_walks(region, request.only_u) {
-                let functional = match self.start(equation.room(), region)? {
+                let functional = match self.start(equation, region)? {
                     Start::Point(at) => Start::Light(Irradiance(at)),
                     Start::Mean(mean) => Start::LightMean(Irradiance(mean)),
                     other => other,
@@ -79,11 +75,11 @@ impl RoomModel {
     }
 
     /// Where the walks of a goal start.
-    pub(crate) fn start<'r, 'a, F: Real>(
+    pub(crate) fn start<'r, 'a, F: Real, C>(
         &self,
-        room: &'r Room<'a, F>,
+        room: &'r Room<'a, F, C>,
         region: &Region,
-    ) -> Result<Start<'r, 'a, F>, Error> {
+    ) -> Result<Start<'r, 'a, F, C>, Error> {
         Ok(match region {
             Region::On(surface, t) => {
                 let (wall, fraction) = self.scene.along(*surface, *t)?;
@@ -95,15 +91,15 @@ impl RoomModel {
     }
 
     /// (F_s, Φ): what is known besides what walks estimate.
-    pub(crate) fn known<F: Real, E: RoomEquation<F>>(
+    pub(crate) fn known<F: Real, C: Tint<F>>(
         &self,
-        equation: &E,
-        start: &Start<'_, '_, F>,
+        equation: &Room<'_, F, C>,
+        start: &Start<'_, '_, F, C>,
         region: &Region,
-    ) -> Result<WideOf<E>, Error> {
+    ) -> Result<Wide<F, C>, Error> {
         let channels = equation.channels();
-        if equation.room().lights().is_empty() {
-            return Ok(WideOf::<E>::splat(channels, 0.0));
+        if equation.lights().is_empty() {
+            return Ok(Wide::<F, C>::splat(channels, 0.0));
         }
         Ok(match start {
             Start::Point(At(x)) => equation.known(x).wide(),
@@ -111,7 +107,7 @@ impl RoomModel {
             Start::Light(Irradiance(At(x))) => equation.direct(x).wide(),
             Start::Mean(_) | Start::LightMean(_) => {
                 let (direct, walls) = (self.direct()?, self.walls(region)?);
-                WideOf::<E>::from_fn(channels, |channel| {
+                Wide::<F, C>::from_fn(channels, |channel| {
                     let walls = walls.iter().cloned().flatten();
                     direct.get(channel).map_or(f64::NAN, |direct| match start {
                         Start::Mean(_) => direct.emission(walls),
@@ -123,13 +119,13 @@ impl RoomModel {
     }
 
     /// (v, Φ), and whether it is exact: what lights give to the walls that a point sees has no closed integral.
-    pub(crate) fn mean_of_v<F: Real, E: RoomEquation<F>>(
+    pub(crate) fn mean_of_v<F: Real, C: Tint<F>>(
         &self,
-        equation: &E,
-        start: &Start<'_, '_, F>,
+        equation: &Room<'_, F, C>,
+        start: &Start<'_, '_, F, C>,
         region: &Region,
-        follow: &Follow<'_, F, E::Value>,
-    ) -> Result<(WideOf<E>, bool), Error> {
+        follow: &Follow<'_, F, C::Value>,
+    ) -> Result<(Wide<F, C>, bool), Error> {
         let channels = equation.channels();
         Ok(match start {
             Start::Point(At(x)) => {
@@ -140,7 +136,7 @@ impl RoomModel {
                 let mut value = follow.of_channels(channels, &|v| mean.of(v));
                 if follow.has_light {
                     let (direct, walls) = (self.direct()?, self.walls(region)?);
-                    value = value.plus(&WideOf::<E>::from_fn(channels, |channel| {
+                    value = value.plus(&Wide::<F, C>::from_fn(channels, |channel| {
                         let walls = walls.iter().cloned().flatten();
                         direct
                             .get(channel)
@@ -160,7 +156,7 @@ impl RoomModel {
                 (value, !follow.has_light)
             }
             Start::Light(_) | Start::LightMean(_) => {
-                let nothing = WideOf::<E>::splat(channels, 0.0);
+                let nothing = Wide::<F, C>::splat(channels, 0.0);
                 (nothing, follow.v.is_none())
             }
         })
@@ -168,17 +164,16 @@ impl RoomModel {
 }
 
 /// (F_s, Φ) of a point between the walls.
-pub(crate) fn light_at<F: Real, E: RoomEquation<F>>(
-    equation: &E,
-    seen: &Seen<'_, '_, F>,
-) -> WideOf<E> {
-    let room = equation.room();
-    let mut sum = WideOf::<E>::splat(equation.channels(), 0.0);
-    if room.lights().is_empty() {
+pub(crate) fn light_at<F: Real, C: Tint<F>>(
+    equation: &Room<'_, F, C>,
+    seen: &Seen<'_, '_, F, C>,
+) -> Wide<F, C> {
+    let mut sum = Wide::<F, C>::splat(equation.channels(), 0.0);
+    if equation.lights().is_empty() {
         return sum;
     }
     seen.cells(|cell, angle| {
-        if let Some(x) = room.inside(cell, F::from_f64(0.5)) {
+        if let Some(x) = equation.inside(cell, F::from_f64(0.5)) {
             let share = angle.to_f64() / core::f64::consts::TAU;
             sum = sum.plus(&equation.known(&x).wide().scaled(share));
         }
@@ -187,34 +182,23 @@ pub(crate) fn light_at<F: Real, E: RoomEquation<F>>(
 }
 
 /// What a point in the air sees.
-pub(crate) fn seen<'r, 'a, F: Real>(room: &'r Room<'a, F>, x: &[f64]) -> Seen<'r, 'a, F> {
+pub(crate) fn seen<'r, 'a, F: Real, C>(room: &'r Room<'a, F, C>, x: &[f64]) -> Seen<'r, 'a, F, C> {
     Seen {
         room,
         position: [0, 1].map(|k| F::from_f64(x.get(k).copied().unwrap_or(f64::NAN))),
     }
 }
 
-/// Walks that start with this density, φ = 1.
-pub(crate) const fn in_view(density: f64) -> Density {
-    Density {
-        functional: density,
-        square: density,
-        initial: density,
-        fluctuation: 0.0,
-        known: 0.0,
-    }
-}
-
 /// Where the walks of a goal start.
-pub(crate) enum Start<'r, 'a, F> {
+pub(crate) enum Start<'r, 'a, F, C = Grey> {
     Point(At<Point<F>>),
-    Mean(Means<'r, 'a, F>),
-    Air(Seen<'r, 'a, F>),
+    Mean(Means<'r, 'a, F, C>),
+    Air(Seen<'r, 'a, F, C>),
     Light(Irradiance<At<Point<F>>>),
-    LightMean(Irradiance<Means<'r, 'a, F>>),
+    LightMean(Irradiance<Means<'r, 'a, F, C>>),
 }
 
-impl<F: Real, E: Equation<Scalar = F, Point = Point<F>>> Functional<E> for Start<'_, '_, F> {
+impl<F: Real, C, E: Equation<Scalar = F, Point = Point<F>>> Functional<E> for Start<'_, '_, F, C> {
     #[inline]
     fn start<U: Uniforms<F>>(&self, equation: &E, uniforms: &mut U) -> StartOf<E> {
         match self {

@@ -1,5 +1,6 @@
 //! The surfaces of a room, with their names.
 
+use core::fmt;
 use std::collections::BTreeMap;
 
 use fredholm_core::Real;
@@ -55,7 +56,7 @@ impl Surfaces {
             Enclosure::Closed
         };
         Scene::new::<F>(&surfaces, enclosure).map_err(|error| {
-            let (message, place) = self.explain(error, F::EPSILON.to_f64() > 1e-10);
+            let (message, place) = self.explain(error);
             Error::Scene { message, place }
         })
     }
@@ -111,80 +112,39 @@ impl Surfaces {
     }
 
     /// What is wrong with a scene, with the names of its surfaces, and where.
-    fn explain(&self, error: RoomError, single: bool) -> (String, Option<Place>) {
-        let at = |place: Place, what: &str| (format!("{}: {what}", self.place(place)), Some(place));
-        match error {
-            RoomError::Vertices { surface } => at(
-                Place { surface, vertex: 0 },
-                "a surface needs at least two vertices",
-            ),
-            RoomError::Materials { surface } => at(
-                Place { surface, vertex: 0 },
-                "give one number for the surface, or one for each of its segments; numbers of several channels, such as \
-                 colours, need their names, `channels`, in `[problem]`",
-            ),
-            RoomError::Coordinate(place) => at(
-                place,
-                if single {
-                    "coordinates must be finite, and the scene between 1e-6 and 1e12 wide in f32"
-                } else {
-                    "coordinates must be finite, and the scene between 1e-100 and 1e100 wide"
-                },
-            ),
-            RoomError::Reflectance(place) => at(place, "the reflectance must be in [0, 1]"),
-            RoomError::NothingAbsorbs(place) => at(
-                place,
-                if self.heat {
-                    "no wall of this part of the room has a temperature: if all net fluxes are given there is no steady \
-                     state, or more than one; give one surface at least a `temperature`"
-                } else {
-                    "no wall of this part of the room absorbs: at least one needs a reflectance below 1"
-                },
-            ),
-            RoomError::Emission(place) => at(place, "the emission must be finite"),
-            RoomError::ZeroLength(place) => {
-                at(place, "the segment to the next vertex has no length")
-            }
-            RoomError::Crossing { first, second } => (
-                format!(
-                    "the segment from {} crosses that from {}: split them where they meet",
-                    self.place(second),
-                    self.place(first)
-                ),
-                Some(second),
-            ),
-            RoomError::Overlap { first, second } => (
-                format!(
-                    "the segments from {} and from {} lie on each other and face the same side; a \
-                     thin baffle is two surfaces that face opposite sides",
-                    self.place(second),
-                    self.place(first)
-                ),
-                Some(second),
-            ),
+    fn explain(&self, error: RoomError) -> (String, Option<Place>) {
+        let place = error.place();
+        let (at, from, direction) = match error {
             RoomError::Open {
-                at: place,
+                at,
                 from,
                 direction,
-            } => {
-                let way_out = self.gap().unwrap_or_else(|| {
-                    "close the gap, or turn surfaces whose active side is not on the left"
-                        .to_owned()
-                });
-                let open = match self.is_deck {
-                    true => "set `encl` to 0 in line C of the deck",
-                    false => "say `open = true`",
-                };
+            } => (at, from, direction),
+            RoomError::NothingAbsorbs(at) if self.heat => {
                 let message = format!(
-                    "the room is not closed here: light leaves, or meets a wall from behind, from {} in \
-                     direction {}; {way_out}; if light may leave, {open}",
-                    leaks::point(from),
-                    leaks::direction(direction)
+                    "{}: no wall of this part of the room has a temperature: if all net fluxes are given there is no steady state, or more \
+                     than one; give one surface at least a `temperature`",
+                    self.place(at)
                 );
-                at(place, &message)
+                return (message, place);
             }
-            other => (other.to_string(), None),
-        }
+            error => return (Named(&error, &|place| self.place(place)).to_string(), place),
+        };
+        let way_out = self.gap().unwrap_or_else(|| {
+            "close the gap, or turn surfaces whose active side is not on the left".to_owned()
+        });
+        let open = match self.is_deck {
+            true => "set `encl` to 0 in line C of the deck",
+            false => "say `open = true`",
+        };
+        let message = format!(
+            "{}: the room is not closed here: light leaves, or meets a wall from behind, from {} in direction {}; {way_out}; if light may \
+             leave, {open}",
+            self.place(at),
+            leaks::point(from),
+            leaks::direction(direction)
+        );
+        (message, place)
     }
 
     /// The emissivity of a segment from which the net flux is given, if it is known.
@@ -192,18 +152,13 @@ impl Surfaces {
         let own = self.emissivities.get(&place.surface)?;
         own.get(place.vertex).or(own.first()).copied()
     }
+}
 
-    /// Whether the net flux is given from all of a surface.
-    pub(super) fn is_flux_given(&self, surface: usize) -> bool {
-        let own = self.materials.get(surface);
-        own.is_some_and(|own| own.iter().all(|material| material.reflectance >= 1.0))
-    }
+/// An error with the names of places.
+struct Named<'a>(&'a RoomError, &'a dyn Fn(Place) -> String);
 
-    /// The one material of a surface, if it has one.
-    pub(super) fn material(&self, surface: usize) -> Option<Material> {
-        match self.materials.get(surface)?.as_slice() {
-            [first, rest @ ..] if rest.iter().all(|other| other == first) => Some(*first),
-            _ => None,
-        }
+impl fmt::Display for Named<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.describe(f, self.1)
     }
 }

@@ -3,10 +3,11 @@
 use std::borrow::Cow;
 use std::sync::OnceLock;
 
-use fredholm_core::galerkin::Solution;
-use fredholm_core::{LastStep, Neighbour, NoNeighbour, Real, Value, WideOf};
+use fredholm_core::galerkin::{Cells as _, Dense, PairTable, Solution, second_moment_radius};
+use fredholm_core::{Equation as _, LastStep, Lights as _, Neighbour, NoNeighbour, Real, Value};
 use fredholm_embedded::TableBuilder;
 use fredholm_model::cost::PointwisePairs;
+use fredholm_model::finite::refuse;
 use fredholm_model::numbers::largest;
 use fredholm_model::{
     Error, Examined, GlobalSystem, Pairs, Prepared, Request, SavedSystem, Subject, System, Then,
@@ -14,13 +15,16 @@ use fredholm_model::{
 };
 use fredholm_rayon::fill_rows;
 use fredholm_room::{
-    CellRays, CoarseSolution, ExactNeighbour, Point, RaySetup, RayTables, RoomEquation, Shadows,
-    VisibilityTable, side_by_side, subtract_lights,
+    CellRays, CoarseSolution, ExactNeighbour, Matrix, Point, RaySetup, RayTables, Room, Shadows,
+    Tint, paper_pairs, subtract_lights,
 };
 
 use crate::global::RoomGlobal;
-use crate::partition::{FEW, RoomPartition, SWEEPS, TOLERANCE, is_from_few};
+use crate::partition::{RoomPartition, few};
 use crate::{of_degree, with_equation};
+
+/// Places of a cell in which h is largest.
+const ENDS: [f64; 3] = [1e-6, 0.5, 1.0 - 1e-6];
 
 /// A neighbour equation of any degree: one type of walk for all.
 pub(crate) type AnyNeighbour<'a, F, V> =
@@ -41,12 +45,12 @@ pub(crate) struct Follow<'w, F, V> {
 pub(crate) type Use<'a, F, V> = dyn FnMut(&Follow<'_, F, V>) -> Result<(), Error> + 'a;
 
 /// What is done with plain walks.
-pub(crate) fn plain<F: Real, E: RoomEquation<F>>(
-    equation: &E,
-    then: &mut Use<'_, F, E::Value>,
+pub(crate) fn plain<F: Real, C: Tint<F>>(
+    equation: &Room<'_, F, C>,
+    then: &mut Use<'_, F, C::Value>,
 ) -> Result<(), Error> {
     then(&Follow {
-        neighbour: &NoNeighbour::<LastStep<'_, E>>::new(&LastStep(equation)),
+        neighbour: &NoNeighbour::new(&LastStep(equation)),
         v: None,
         functions: 1,
         has_light: false,
@@ -77,50 +81,47 @@ struct Rays {
     tables: RayTables<f64>,
 }
 
+/// K' and the kinds of all pairs in the method of the paper, and the spectral radius of T_h²p.
+#[derive(Debug)]
+struct Paper {
+    matrix: Matrix,
+    kinds: Vec<u8>,
+    radius: f64,
+}
+
 /// v of a room.
 #[derive(Debug)]
 pub(crate) struct RoomSystem<'m> {
     pub(crate) cut: RoomPartition<'m>,
     /// v ≈ u, and how it was found: B numbers of every channel, cell by cell.
     pub(crate) solution: Solution,
-    /// What cells see of each other, if v came from that.
-    views: Cow<'m, [u8]>,
     /// Rays without a last step to the light, and with one, each made at the first call.
     rays: [OnceLock<Rays>; 2],
+    /// What the method of the paper takes, made at the first call.
+    paper: OnceLock<Paper>,
 }
 
 impl<'m> RoomPartition<'m> {
     /// v of every channel.
     pub(crate) fn system(&self) -> Result<RoomSystem<'m>, Error> {
         let scene = &self.model.scene;
-        let walls = self.model.wall_colours();
-        let colours = walls.as_ref().map(|walls| walls.colours()).transpose()?;
-        let (solutions, v, views) = if is_from_few(self.unknowns_of_channel(), self.cut.degree) {
-            let unknowns = self.unknowns_of_channel().min(FEW);
-            let few = match &colours {
-                None => CoarseSolution::new(scene, unknowns)?,
-                Some(colours) => CoarseSolution::of_channels(scene, unknowns, colours)?,
-            };
-            let tables = self.tables::<f64>();
-            let mut v = vec![0.0; self.unknowns_of_channel() * self.channels()];
-            with_equation!(tables, VisibilityTable::none(), &[], equation => {
-                of_degree!(self.cut.degree, B => fill_rows(&mut v, B * self.channels(), |cell, row| {
-                    few.step::<_, B>(equation, cell, row);
-                    Ok::<(), Error>(())
-                })?);
-            });
-            (few.solutions().to_vec(), v, Vec::new())
-        } else {
-            let matrix = self.matrix()?;
-            let solutions = match &colours {
-                None => vec![matrix.solve(scene, &self.mesh, TOLERANCE, SWEEPS)?],
-                Some(colours) => {
-                    matrix.solve_channels(scene, &self.mesh, colours, TOLERANCE, SWEEPS)?
-                }
-            };
-            let v = side_by_side(&solutions, self.functions());
-            (solutions, v, matrix.views().table().to_vec())
+        let few = few(self.unknowns_of_channel());
+        let few = match self.model.wall_colours() {
+            None => CoarseSolution::new(scene, few)?,
+            Some(colours) => {
+                let tint = colours.tint::<{ fredholm_core::MOST_CHANNELS }>();
+                CoarseSolution::of_channels(scene, few, &tint)?
+            }
         };
+        let tables = self.tables::<f64>();
+        let mut v = vec![0.0; self.unknowns_of_channel() * self.channels()];
+        with_equation!(tables, &[], equation => {
+            of_degree!(self.cut.degree, B => fill_rows(&mut v, B * self.channels(), |cell, row| {
+                few.step::<_, B>(equation, cell, row);
+                Ok::<(), Error>(())
+            })?);
+        });
+        let solutions = few.solutions();
         let convergence = solutions.iter().map(|own| own.convergence);
         let worst = convergence.max_by_key(|convergence| convergence.sweeps);
         let bounds = solutions.iter().map(|own| own.radius_bound);
@@ -129,25 +130,20 @@ impl<'m> RoomPartition<'m> {
             convergence: worst.unwrap_or(fredholm_model::NO_ITERATION),
             radius_bound: bounds.fold(0.0, f64::max),
         };
-        Ok(self.with_solution(solution, views.into()))
+        Ok(self.with_solution(solution))
     }
 
-    pub(crate) fn with_solution(&self, solution: Solution, views: Cow<'m, [u8]>) -> RoomSystem<'m> {
+    pub(crate) fn with_solution(&self, solution: Solution) -> RoomSystem<'m> {
         RoomSystem {
             cut: self.clone(),
             solution,
-            views,
             rays: [OnceLock::new(), OnceLock::new()],
+            paper: OnceLock::new(),
         }
     }
 }
 
 impl RoomSystem<'_> {
-    /// What cells see of each other, if that is known.
-    pub(crate) fn views(&self) -> Result<VisibilityTable<'_>, Error> {
-        Ok(VisibilityTable::new(&self.views, self.cut.mesh.len())?)
-    }
-
     /// v and the tables of rays, with or without a last step to the light, made at the first call.
     fn rays(&self, last_step: bool) -> Result<&Rays, Error> {
         let kept = &self.rays[usize::from(last_step)];
@@ -159,7 +155,7 @@ impl RoomSystem<'_> {
         let (tables, shadows) = (cut.tables::<f64>(), Shadows::new(&model.scene));
         let mut v = self.solution.v.clone();
         let mut cells = vec![CellRays::default(); cut.mesh.len()];
-        with_equation!(tables, self.views()?, lights, equation => of_degree!(cut.cut.degree, B => {
+        with_equation!(tables, lights, equation => of_degree!(cut.cut.degree, B => {
             if !lights.is_empty() {
                 fill_rows(&mut v, B * cut.channels(), |cell, row| {
                     subtract_lights::<_, B>(equation, cell, row);
@@ -183,15 +179,73 @@ impl RoomSystem<'_> {
         Ok((v, tables.rounded()?))
     }
 
-    /// Hands out the neighbour equation of a room with the lights of these walks.
-    pub(crate) fn with_neighbour<F: Real, E: RoomEquation<F> + Sync>(
+    fn paper(&self) -> Result<&Paper, Error> {
+        if let Some(paper) = self.paper.get() {
+            return Ok(paper);
+        }
+        let tables = self.cut.tables::<f64>();
+        let room = tables.tables.room();
+        let matrix = Matrix::new::<1>(&room)?;
+        let kinds = paper_pairs(&self.cut.model.scene, &room)?;
+        let points = |cell| ENDS.into_iter().filter_map(move |t| room.inside(cell, t));
+        let radius = second_moment_radius::<_, _, _, 1>(
+            &room,
+            &matrix.coefficients(),
+            &PairTable::new(&kinds, room.cells())?,
+            points,
+            |_, _| 0.0,
+        )?;
+        let paper = Paper {
+            matrix,
+            kinds,
+            radius,
+        };
+        Ok(self.paper.get_or_init(|| paper))
+    }
+
+    /// Hands out the neighbour equation of walks in one channel without a last step, by pairs of cells if the paper's are asked for.
+    pub(crate) fn with_any_neighbour<F: Real>(
         &self,
-        equation: &E,
+        room: &Room<'_, F>,
         walk: &WalkOptions,
-        then: &mut Use<'_, F, E::Value>,
+        then: &mut Use<'_, F, F>,
+    ) -> Result<(), Error> {
+        if walk.pairs != Pairs::Paper {
+            return self.with_neighbour(room, walk, then);
+        }
+        let Paper { matrix, kinds, .. } = self.paper()?;
+        let pairs = PairTable::new(kinds, matrix.cells())?;
+        let vectors = self
+            .solution
+            .for_walks::<F, _>(&matrix.coefficients(), pairs)?;
+        let entries = fredholm_core::galerkin::rounded::<F>(matrix.entries())?;
+        let dense = Dense::new(&entries, matrix.cells(), 1);
+        let dense = dense.ok_or(Error::Internal("a table has a wrong size"))?;
+        then(&Follow {
+            neighbour: &vectors.piecewise::<_, _, 1>(room, &dense)?,
+            v: Some(vectors.v()),
+            functions: 1,
+            has_light: false,
+        })
+    }
+
+    /// Hands out the neighbour equation of a room with the lights of these walks.
+    pub(crate) fn with_neighbour<F: Real, C: Tint<F>>(
+        &self,
+        equation: &Room<'_, F, C>,
+        walk: &WalkOptions,
+        then: &mut Use<'_, F, C::Value>,
     ) -> Result<(), Error> {
         let rounded = fredholm_core::galerkin::rounded::<F>;
         let functions = self.cut.functions();
+        if walk.pairs == Pairs::Paper {
+            return Err(Error::Option {
+                subject: Subject::Pairs,
+                message: "the paper's pairs of cells serve walks in one channel, without a last step, a picture or a prediction: leave \
+                          `method` and `pairs` out"
+                    .to_owned(),
+            });
+        }
         of_degree!(self.cut.cut.degree, B => match walk.pairs {
             Pairs::Pointwise => {
                 let mut v = self.solution.v.clone();
@@ -211,18 +265,18 @@ impl RoomSystem<'_> {
                     neighbour: &tables.neighbour::<_, B>(equation, &v)?,
                     v: Some(&v),
                     functions,
-                    has_light: !equation.room().lights().is_empty(),
+                    has_light: !equation.lights().is_empty(),
                 })
             }
         })
     }
 
     /// Takes the emission of lights, constant on cells, from v: what is left is that of w = u − F_s.
-    fn subtract_emission<F: Real, E: RoomEquation<F>>(&self, equation: &E, v: &mut [f64]) {
-        let (room, channels) = (equation.room(), equation.channels());
+    fn subtract_emission<F: Real, C: Tint<F>>(&self, equation: &Room<'_, F, C>, v: &mut [f64]) {
+        let channels = equation.channels();
         let own = v.chunks_exact_mut(channels * self.cut.functions());
         for (cell, v) in own.enumerate() {
-            let Some(x) = room.inside(cell, F::from_f64(0.5)) else {
+            let Some(x) = equation.inside(cell, F::from_f64(0.5)) else {
                 continue;
             };
             let known = equation.known(&x).wide();
@@ -233,27 +287,32 @@ impl RoomSystem<'_> {
         }
     }
 
-    fn job_in<F: Real, E: RoomEquation<F> + Sync>(
+    fn hand_on<F: Real, C: Tint<F>>(
         &self,
-        equation: &E,
+        equation: &Room<'_, F, C>,
+        follow: &Follow<'_, F, C::Value>,
         request: &Request<'_>,
         then: &mut Then<'_>,
-    ) -> Result<(), Error>
-    where
-        WideOf<E>: Sync,
-    {
-        self.with_neighbour(equation, request.walk, &mut |follow| {
-            let model = self.cut.model;
-            model.with_job(equation, follow, request, &mut |job, galerkin| {
-                then(&Prepared {
-                    job,
-                    galerkin,
-                    largest: largest(follow.v.unwrap_or_default()),
-                    radius_bound: self.solution.radius_bound,
-                    convergence: self.solution.convergence,
-                    pointwise: self.cut.all_pairs(request.walk.pairs),
-                    neighbour_second_moment_radius: None,
-                })
+    ) -> Result<(), Error> {
+        let walk = request.walk;
+        let radius = match walk.pairs {
+            Pairs::Paper if !walk.allow_infinite_variance => Some(self.paper()?.radius),
+            _ => None,
+        };
+        if let Some(radius) = radius {
+            let of = || format!("h² on {} cells", self.cut.mesh.len());
+            refuse(of, walk.absorption, radius)?;
+        }
+        let model = self.cut.model;
+        model.with_job(equation, follow, request, &mut |job, galerkin| {
+            then(&Prepared {
+                job,
+                galerkin,
+                largest: largest(follow.v.unwrap_or_default()),
+                radius_bound: self.solution.radius_bound,
+                convergence: self.solution.convergence,
+                pointwise: self.cut.all_pairs(walk.pairs),
+                neighbour_second_moment_radius: radius,
             })
         })
     }
@@ -279,11 +338,19 @@ impl System for RoomSystem<'_> {
     }
 
     fn job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
-        let lights = self.cut.model.lights(request.walk.last_step);
+        let (walk, model) = (request.walk, self.cut.model);
         in_scalar!(self.cut.cut.scalar, F => {
             let tables = self.cut.tables::<F>();
-            with_equation!(tables, self.views()?, lights, equation => {
-                self.job_in(equation, request, then)
+            if walk.pairs == Pairs::Paper && model.colours().is_none() && !walk.last_step {
+                let room = &tables.tables.room();
+                return self.with_any_neighbour(room, walk, &mut |follow| {
+                    self.hand_on(room, follow, request, then)
+                });
+            }
+            with_equation!(tables, model.lights(walk.last_step), equation => {
+                self.with_neighbour(equation, walk, &mut |follow| {
+                    self.hand_on(equation, follow, request, then)
+                })
             })
         })
     }
@@ -307,7 +374,6 @@ impl System for RoomSystem<'_> {
         Some(SavedSystem {
             solution: Cow::Borrowed(&self.solution),
             coefficients: Cow::Borrowed(&[]),
-            views: Cow::Borrowed(&self.views),
         })
     }
 

@@ -7,10 +7,9 @@
 use fredholm_core::{Functional, MOST_CHANNELS};
 use fredholm_model::heat::RadiativeExchange as _;
 use fredholm_model::{Error, Goal, Region, Subject};
-use fredholm_scene::{Grey, Scene, Sources};
+use fredholm_scene::{ColourTables, Grey, Scene, Sources, share};
 
 use crate::SceneModel;
-use crate::colours::{FaceChannels, share};
 use crate::partition::Walked;
 use crate::places::Place;
 
@@ -20,7 +19,7 @@ pub(crate) struct Adjoint {
     /// The scene in which the receivers send out light, and nothing else.
     pub(crate) scene: Scene,
     /// The receivers: radiosities of all goals, and then the irradiances that take walks.
-    pub(crate) channels: FaceChannels<f64>,
+    pub(crate) channels: ColourTables<f64>,
     /// (F, Φ) of every receiver, which takes no walks.
     pub(crate) known: Vec<f64>,
     pub(crate) goals: Vec<Goal>,
@@ -100,7 +99,7 @@ impl Adjoint {
         let largest: Vec<f64> = largest.collect();
         Ok(Self {
             scene: scene.clone().with_emissions(&largest)?,
-            channels: FaceChannels {
+            channels: ColourTables {
                 channels,
                 reflectances: vec![1.0; emissions.len()],
                 emissions,

@@ -1,71 +1,11 @@
 //! What of a scene tells its irradiances and net fluxes.
 
-use fredholm_core::Statistics;
-use fredholm_model::channels::Exchange;
-use fredholm_model::heat::{Optics, RadiativeExchange};
-use fredholm_model::{Derived, Goal, Region};
-use fredholm_scene::{Enclosure, Face, Material};
+use fredholm_model::Region;
+use fredholm_model::heat::{Element, Optics, RadiativeExchange};
+use fredholm_scene::Enclosure;
 
+use crate::SceneModel;
 use crate::places::Place;
-use crate::{Colours, SceneModel};
-
-impl SceneModel {
-    fn faces(&self, surface: usize) -> &[Face<f64>] {
-        let own = self.scene.faces_of(surface).ok();
-        own.and_then(|own| self.scene.faces().get(own))
-            .unwrap_or(&[])
-    }
-
-    /// The surfaces of a region: of a point the first on which it is.
-    fn surfaces_of(&self, region: &Region) -> Vec<usize> {
-        match region {
-            Region::Spot(surface, _) | Region::Part(surface) => vec![*surface],
-            Region::Parts(surfaces) => surfaces.clone(),
-            Region::Whole => (0..self.names.len()).collect(),
-            Region::Point(_) => match Place::new(&self.scene, region) {
-                Ok(Place::Point(face, _)) => {
-                    let place = self.scene.place(face as usize);
-                    place.map(|place| place.surface).into_iter().collect()
-                }
-                _ => Vec::new(),
-            },
-            _ => Vec::new(),
-        }
-    }
-
-    /// What several channels say besides u.
-    pub(crate) fn of_channels(
-        &self,
-        colours: &Colours,
-        goals: &[Goal],
-        statistics: &[Statistics],
-    ) -> Derived {
-        let materials = |region: &Region| match region {
-            Region::Whole if self.is_closed() => Some(Exchange::Arrives),
-            Region::Facing { .. } => Some(Exchange::Arrives),
-            region if self.is_in_air(region) => None,
-            region => {
-                let surfaces = self.surfaces_of(region).into_iter();
-                let own = common(surfaces.map(|surface| colours.materials.get(surface)))??;
-                Some(Exchange::Through(own.iter().map(optics).collect()))
-            }
-        };
-        colours.names.derived(goals, statistics, &materials)
-    }
-}
-
-fn optics(material: &Material) -> Optics {
-    Optics {
-        reflectance: material.reflectance,
-        emission: material.emission,
-    }
-}
-
-/// What all of some things have in common.
-fn common<T: PartialEq>(mut all: impl Iterator<Item = T>) -> Option<T> {
-    let first = all.next()?;
-    all.all(|other| other == first).then_some(first)
-}
 
 impl RadiativeExchange for SceneModel {
     fn is_heat(&self) -> bool {
@@ -84,46 +24,38 @@ impl RadiativeExchange for SceneModel {
         }
     }
 
-    fn optics(&self, region: &Region) -> Option<Optics> {
-        let surfaces = self.surfaces_of(region);
-        let faces = surfaces.iter().flat_map(|&surface| self.faces(surface));
-        common(faces.map(|face| Optics {
-            reflectance: face.reflectance,
-            emission: face.emission,
-        }))
-    }
-
-    fn emissivity(&self, region: &Region) -> Option<f64> {
-        let own = &self.heat()?.emissivities;
-        let surfaces = self.surfaces_of(region);
-        let known = surfaces
-            .iter()
-            .map(|&surface| own.get(surface).copied().flatten());
-        common(known).flatten()
+    /// At a point there is the first face on which it lies.
+    fn elements(&self, region: &Region) -> Vec<Element> {
+        let faces = match Place::new(&self.scene, region) {
+            Ok(Place::Point(face, _)) => vec![face],
+            Ok(Place::Faces(faces)) => faces,
+            _ => Vec::new(),
+        };
+        let element = |face| {
+            let surface = self.scene.place(face as usize)?.surface;
+            let own = self.scene.faces().get(face as usize)?;
+            Some(Element {
+                surface,
+                part: 0,
+                optics: Optics {
+                    reflectance: own.reflectance,
+                    emission: own.emission,
+                },
+                emissivity: (self
+                    .heat()
+                    .and_then(|heat| heat.emissivities.get(surface).copied()))
+                .flatten(),
+                size: own.area,
+            })
+        };
+        faces.into_iter().filter_map(element).collect()
     }
 
     /// All, with temperatures, unless they are left out.
-    fn flux_surfaces(&self) -> Vec<usize> {
-        let wanted = self.heat().is_some_and(|heat| heat.net_fluxes);
-        (0..if wanted { self.names.len() } else { 0 }).collect()
-    }
-
-    fn is_flux_given(&self, surface: usize) -> bool {
-        self.faces(surface)
-            .iter()
-            .all(|face| face.reflectance >= 1.0)
-    }
-
-    fn given_flux(&self, surface: usize) -> Option<f64> {
-        let faces = self.faces(surface).iter();
-        Some(faces.map(|face| face.area * face.emission).sum())
-    }
-
-    fn name(&self, surface: usize) -> &str {
-        self.names.get(surface).map_or("", String::as_str)
-    }
-
-    fn size(&self, surface: usize) -> Option<f64> {
-        self.scene.area(surface).ok()
+    fn flux_names(&self) -> &[String] {
+        match self.heat().is_some_and(|heat| heat.net_fluxes) {
+            true => &self.names,
+            false => &[],
+        }
     }
 }

@@ -2,7 +2,6 @@
 
 mod adjoint;
 mod camera;
-mod colours;
 mod examine;
 mod export;
 mod global;
@@ -18,15 +17,15 @@ use fredholm_core::Statistics;
 use fredholm_model::heat::RadiativeExchange;
 use fredholm_model::{
     About, Derived, Discretisation, Error, Goal, LastSteps, Model, Pairs, Partitioned, Region,
-    Scalar, Subject, in_scalar,
+    Scalar, Subject, WholeValues, in_scalar,
 };
-use fredholm_scene::Surface;
+use fredholm_scene::{ColourTables, Surface};
 
 use adjoint::Adjoint;
 pub use camera::Camera;
-pub use colours::Colours;
-use colours::FaceChannels;
 pub use fredholm_model::Beside;
+use fredholm_model::channels::ColouredPart;
+pub use fredholm_model::channels::Colours;
 pub use fredholm_scene::{Beam, Enclosure, Material, Polygon, Scene, SkyLight, shapes};
 use partition::ScenePartition;
 use places::Place;
@@ -217,7 +216,18 @@ impl SceneModel {
     /// [`Error::Option`]: the scene has other surfaces or materials than these; it is one of temperatures or in photometric units; or
     /// the channels are none, or more than a walk serves.
     pub fn with_colours(self, colours: Colours) -> Result<Self, Error> {
-        colours.check(&self.scene)?;
+        let faces = self.scene.faces().iter().enumerate();
+        let parts = faces.filter_map(|(face, own)| {
+            Some(ColouredPart {
+                surface: self.scene.place(face)?.surface,
+                part: 0,
+                largest: Material {
+                    reflectance: own.reflectance,
+                    emission: own.emission,
+                },
+            })
+        });
+        colours.check(&self.names, parts)?;
         if self.heat().is_some() {
             return fredholm_model::channels::refuse_heat();
         }
@@ -242,7 +252,7 @@ impl SceneModel {
     /// assert_eq!((report.goals[0].plain.unit, arriving.unit), (Some("lm/m2"), Some("lx")));
     ///
     /// let names = ChannelNames::new(vec!["a".to_owned(), "b".to_owned()]);
-    /// let two = Colours { names, materials: vec![vec![material; 2]] };
+    /// let two = Colours { names, materials: vec![vec![vec![material; 2]]] };
     /// assert!(cube.with_colours(two).is_err());
     /// # Ok::<(), fredholm::SolveError>(())
     /// ```
@@ -300,8 +310,13 @@ impl SceneModel {
     }
 
     /// The channels of walks, if they have several.
-    fn face_channels(&self) -> Option<FaceChannels<f64>> {
-        let own = || Some(self.colours()?.per_face(&self.scene));
+    fn face_channels(&self) -> Option<ColourTables<f64>> {
+        let own = || {
+            let faces = 0..self.scene.faces().len();
+            let places = faces.filter_map(|face| self.scene.place(face));
+            let colours = self.colours()?;
+            Some(colours.tables(places.map(|place| (place.surface, 0))))
+        };
         self.adjoint
             .as_ref()
             .map_or_else(own, |adjoint| Some(adjoint.channels.clone()))
@@ -324,6 +339,12 @@ impl Model for SceneModel {
             takes_any_cells: true,
             counts_evaluations: false,
             takes_resolvent: false,
+            whole: match (self.colours(), &self.adjoint) {
+                (None, None) => WholeValues::Means,
+                _ => WholeValues::None,
+            },
+            most_lift: 0,
+            has_sequences: false,
         }
     }
 
@@ -391,14 +412,6 @@ impl Model for SceneModel {
         Vec::new()
     }
 
-    fn has_whole(&self) -> bool {
-        self.colours().is_none() && self.adjoint.is_none()
-    }
-
-    fn whole_has_points(&self) -> bool {
-        false
-    }
-
     fn check(&self, discretisation: &Discretisation, pairs: Pairs) -> Result<(), Error> {
         let refuse = |subject, message: String| Err(Error::Option { subject, message });
         if discretisation.degree > MOST_DEGREE {
@@ -444,7 +457,7 @@ impl Model for SceneModel {
 
     fn derive(&self, goals: &[Goal], statistics: &[Statistics]) -> Derived {
         match self.colours() {
-            Some(colours) => self.of_channels(colours, goals, statistics),
+            Some(colours) => self.derived_in(colours, goals, statistics),
             None => self.derived(goals, statistics),
         }
     }

@@ -9,10 +9,9 @@ use fredholm_model::{
     Discretisation, Error, Goal, Pairs, Partitioned, Request, SavedSystem, Scalar, Subject, System,
     Then, WalkOptions, in_scalar,
 };
-use fredholm_scene::{Cells, Radiosity, Tables};
+use fredholm_scene::{Cells, ColourTables, Radiosity, Tables};
 
 use crate::SceneModel;
-use crate::colours::FaceChannels;
 use crate::radius::{check_variance, radius};
 use crate::system::{SceneSystem, events};
 use crate::{of_degree, with_equation};
@@ -55,7 +54,7 @@ pub(crate) struct WalkTables<F> {
     pub(crate) cells: Cells<F>,
     /// What of each light each cell sees.
     pub(crate) shares: Arc<[u8]>,
-    pub(crate) channels: Option<FaceChannels<F>>,
+    pub(crate) channels: Option<ColourTables<F>>,
 }
 
 impl<F: Real> WalkTables<F> {
@@ -110,7 +109,7 @@ impl<'m> Cut<'m> {
             tables: Tables::new(scene),
             cells: Cells::new(scene, self.wanted)?,
             shares: Arc::clone(&self.wide.shares),
-            channels: self.wide.channels.as_ref().map(FaceChannels::rounded),
+            channels: self.wide.channels.as_ref().map(ColourTables::rounded),
         })
     }
 
@@ -257,7 +256,7 @@ impl<'m> Partitioned<'m> for ScenePartition<'m> {
         let solution = with_equation!(cut.wide, equation => of_degree!(cut.degree, B => {
             let setup = cut.setup::<_, B>(equation);
             let coefficients = self.cells().saturating_mul(setup.coefficients());
-            let solution = saved.fitting(unknowns, Some(coefficients), Some(0))?;
+            let solution = saved.fitting(unknowns, Some(coefficients))?;
             setup.restore(solution.v, saved.coefficients.into_owned(), solution.convergence)?
         }));
         Ok(Box::new(SceneSystem::new(cut, solution)?))

@@ -3,10 +3,8 @@
 use fredholm_core::{At, Functional, LastStep, Lights as _, Real, StartOf, Uniforms, Value as _};
 use fredholm_model::{Error, Region};
 use fredholm_scene::{
-    Air, Facing, Geometry, Irradiance, Mean, Point, Radiosity, Scene, Sources, Tint, areas,
+    Air, Facing, Geometry, Irradiance, Mean, Point, Radiosity, Scene, Sources, Tint, Wide, areas,
 };
-
-use crate::walks::Wide;
 
 /// A point of a face, a point between the faces, what faces in a direction there, the faces over which a mean is, or of the way
 /// back the sources.

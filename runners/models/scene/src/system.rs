@@ -168,7 +168,6 @@ impl System for SceneSystem<'_> {
                 radius_bound: self.radius_bound,
             }),
             coefficients: Cow::Borrowed(self.solution.control()),
-            views: Cow::Borrowed(&[]),
         })
     }
 

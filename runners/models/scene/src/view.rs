@@ -3,19 +3,19 @@
 use std::time::Instant;
 
 use fredholm_core::{
-    Batch, DefaultGenerator, Equation as _, Functional, Goal, Goals, LastStep, Real, RngUniforms,
-    Start, StartOf, Uniforms, Value as _, WalkSeeds,
+    DefaultGenerator, Equation as _, Functional, Goal, LastStep, Real, RngUniforms, Start, StartOf,
+    Uniforms, Value as _, WalkSeeds,
 };
 use fredholm_model::{
-    BLANK, Beside, Discretisation, Error, Partitioned, Spot, WalkOptions, in_scalar,
+    Beside, Discretisation, Error, Partitioned, Spot, SpotWalks, WalkOptions, in_scalar, spots,
 };
-use fredholm_rayon::{Observer, fill_rows};
-use fredholm_scene::{Point, Radiosity, Tint};
+use fredholm_rayon::Observer;
+use fredholm_scene::{Point, Radiosity, Tint, Wide};
 
 use crate::camera::Camera;
 use crate::partition::{ScenePartition, Walked};
 use crate::system::{AnyNeighbour, SceneSystem};
-use crate::walks::{Wide, with_sum};
+use crate::walks::with_sum;
 use crate::{SceneModel, with_equation};
 
 /// Which numbers of a picture are wanted, and how.
@@ -81,25 +81,27 @@ fn views<F: Real, C: Tint<F>>(
     let cut = &system.cut;
     let vectors = system.solution.for_walks::<F>()?;
     let neighbour = cut.neighbour(Some(&vectors), equation)?;
-    let walker = Walker {
-        request,
-        watch,
-        weights: cut.model.weights(),
+    let walker: Walker<'_, F, C> = SpotWalks {
         equation,
         neighbour: &*neighbour,
+        walk: request.walk,
+        weights: cut.model.weights(),
         is_plain: false,
+        watch,
     };
-    let view = walker.view(start, request.walk.walks)?;
+    let camera = request.camera;
+    let view = view(&walker, camera, start, request.walk.walks)?;
     let none = cut.neighbour(None, equation)?;
-    let plain = Walker {
+    let plain: Walker<'_, F, C> = SpotWalks {
         neighbour: &*none,
         is_plain: true,
         ..walker
     };
+    let plain = |walks| self::view(&plain, camera, Instant::now(), walks);
     let walks = request
         .beside
-        .walks(view.seconds, || Ok(plain.view(Instant::now(), 1)?.seconds))?;
-    let beside = walks.map(|walks| plain.view(Instant::now(), walks));
+        .walks(view.seconds, || Ok(plain(1)?.seconds))?;
+    let beside = walks.map(plain);
     Ok((view, beside.transpose()?))
 }
 
@@ -161,130 +163,98 @@ impl<'e, 'r, F: Real, C: Tint<F>> Functional<LastStep<'e, Radiosity<'r, F, C>>> 
 }
 
 /// Walks of one kind.
-struct Walker<'w, F: Real, C: Tint<F>> {
-    request: &'w ViewRequest<'w>,
-    watch: &'w dyn Observer,
-    /// The weights of a sum of channels, if it is wanted.
-    weights: &'w [f64],
-    equation: &'w Walked<'w, F, C>,
-    neighbour: &'w AnyNeighbour<'w, F, C::Value>,
-    /// Whether they follow no neighbour equation.
-    is_plain: bool,
-}
+type Walker<'w, F, C> = SpotWalks<'w, Walked<'w, F, C>, AnyNeighbour<'w, F, <C as Tint<F>>::Value>>;
 
 /// Parts of a pixel along both sides, through each of which a ray looks for what is known there.
 const PARTS: u32 = 8;
-/// Pixels whose estimates one thread makes in one go.
-const ROW: usize = 64;
-
-impl<F: Real, C: Tint<F>> Walker<'_, F, C> {
-    /// All pixels from a number of walks each.
-    fn view(&self, start: Instant, walks: u64) -> Result<View, Error> {
-        let camera = self.request.camera;
-        let [width, height] = camera.size;
-        let [ahead, right, above] = camera.frame();
-        let vector = |of: &dyn Fn(usize) -> f64| core::array::from_fn(|k| F::from_f64(of(k)));
-        let (across, down) = (2.0 / width as f64, -2.0 / height as f64);
-        let has_sum = usize::from(!self.weights.is_empty());
-        let means = self.equation.channels() + has_sum;
-        let mut spots = vec![BLANK; width * height * means];
-        fill_rows(&mut spots, ROW * means, |row, spots| {
-            for (i, to) in spots.chunks_mut(means).enumerate() {
-                let number = row * ROW + i;
-                let x = across * (number % width) as f64 - 1.0;
-                let y = down * (number / width) as f64 + 1.0;
-                let mut pixel = Pixel {
-                    from: camera.from.map(F::from_f64),
-                    corner: vector(&|k| ahead[k] + x * right[k] + y * above[k]),
-                    spans: [vector(&|k| across * right[k]), vector(&|k| down * above[k])],
-                    is_partial: false,
-                    is_known: !self.is_plain,
-                };
-                self.watch.walked(walks);
-                let looks = pixel.looks(self.equation.0);
-                pixel.is_partial = looks < 5;
-                if looks > 0 {
-                    self.walk(pixel, number as u64, walks, to)?;
-                }
-            }
-            Ok::<(), Error>(())
-        })?;
-        let of = |mean: usize| spots.iter().skip(mean).step_by(means).copied().collect();
-        Ok(View {
-            // The sum of several channels comes last.
-            pixels: of(means - 1),
-            channels: (0..means - 1).map(of).collect(),
-            walks,
-            seconds: start.elapsed().as_secs_f64(),
-        })
-    }
-
-    /// The goal of a pixel with the means of v and of what is known besides, and their standard errors: of rays through equal parts of
-    /// it, so that edges are smooth, or through random points of the part that sees something. Neighbours tell what each varies
-    /// by. Of plain walks both are 0.
-    fn goal(&self, pixel: Pixel<F>, number: u64, errors: &mut [f64]) -> Goal<Pixel<F>, Wide<F, C>> {
-        let radiosity = self.equation.0;
-        // Other numbers than those of any walk.
-        let seeds = WalkSeeds::<DefaultGenerator>::new(self.request.walk.seed, !number);
-        let mut draws = RngUniforms(seeds.generator(0));
-        let nothing = Wide::<F, C>::splat(self.equation.channels(), 0.0);
-        let [mut v, mut known, mut before] = [nothing; 3];
-        let part = F::from_f64(1.0 / f64::from(PARTS));
-        for i in 0..if self.is_plain { 0 } else { PARTS * PARTS } {
-            let seen = if pixel.is_partial {
-                pixel.draw(radiosity, &mut draws)
-            } else {
-                let within = [i % PARTS, i / PARTS];
-                pixel.at(
-                    radiosity,
-                    within.map(|i| (F::from_u32(i) + draws.uniform()) * part),
-                )
-            };
-            let start = radiosity.start_at(seen, F::from_f64(1.0));
-            let at = self.neighbour.locate(start.point);
-            let of_v = self.neighbour.value(&at).scaled(start.phi).wide();
-            let value = of_v.plus(&start.known.wide());
-            (v, known) = (v.plus(&of_v), known.plus(&start.known.wide()));
-            if i % 2 == 1 {
-                let off = with_sum(&value.minus(&before), self.weights);
-                let sums = errors.iter_mut().zip(off);
-                sums.for_each(|(sum, off)| *sum += off * off);
-            }
-            before = value;
-        }
-        let count = f64::from(PARTS * PARTS);
-        errors.iter_mut().for_each(|sum| *sum = sum.sqrt() / count);
-        Goal {
-            functional: pixel,
-            control_mean: Some(v.scaled(1.0 / count)),
-            known: known.scaled(1.0 / count),
-        }
-    }
-
-    /// A few walks of one pixel.
-    fn walk(&self, pixel: Pixel<F>, number: u64, walks: u64, to: &mut [Spot]) -> Result<(), Error> {
-        if self.watch.cancelled() {
-            return Err(Error::Cancelled);
+/// All pixels from a number of walks each.
+fn view<F: Real, C: Tint<F>>(
+    walker: &Walker<'_, F, C>,
+    camera: &Camera,
+    start: Instant,
+    walks: u64,
+) -> Result<View, Error> {
+    let [width, height] = camera.size;
+    let [ahead, right, above] = camera.frame();
+    let vector = |of: &dyn Fn(usize) -> f64| core::array::from_fn(|k| F::from_f64(of(k)));
+    let (across, down) = (2.0 / width as f64, -2.0 / height as f64);
+    let radiosity = walker.equation.0;
+    let means = walker.equation.channels() + usize::from(!walker.weights.is_empty());
+    let (pixels, channels) = spots(width * height, means, &|number, to| {
+        let x = across * (number % width) as f64 - 1.0;
+        let y = down * (number / width) as f64 + 1.0;
+        let mut pixel = Pixel {
+            from: camera.from.map(F::from_f64),
+            corner: vector(&|k| ahead[k] + x * right[k] + y * above[k]),
+            spans: [vector(&|k| across * right[k]), vector(&|k| down * above[k])],
+            is_partial: false,
+            is_known: !walker.is_plain,
+        };
+        walker.watch.walked(walks);
+        let looks = pixel.looks(radiosity);
+        pixel.is_partial = looks < 5;
+        if looks == 0 {
+            return Ok(());
         }
         let mut errors = vec![0.0; to.len()];
-        let goal = self.goal(pixel, number, &mut errors);
-        let options = self.request.walk.for_core();
-        let job = Goals::new(self.equation, self.neighbour, &[], options).with_sum(self.weights);
-        let mut batches = vec![Batch::new(0, walks, walks); to.len()];
-        job.run_goal(&goal, number, &mut batches, u64::MAX)
-            .map_err(|error| Error::Picture(format!("pixel {number}: {error}")))?;
-        for ((batch, to), error) in batches.iter().zip(to).zip(errors) {
-            let statistics = batch.statistics();
-            if statistics.terminations().step_limit > 0 {
-                let why = "a walk met the step limit, so that a picture would be biased: too little is absorbed";
-                return Err(Error::Picture(why.to_owned()));
-            }
-            *to = match self.is_plain {
-                true => statistics.plain().into(),
-                false => statistics.preconditioned().into(),
-            };
+        let goal = goal(walker, pixel, number as u64, &mut errors);
+        walker.walk(&goal, number as u64, walks, to)?;
+        for (to, error) in to.iter_mut().zip(errors) {
             to.error = to.error.hypot(error);
         }
         Ok(())
+    })?;
+    Ok(View {
+        pixels,
+        channels,
+        walks,
+        seconds: start.elapsed().as_secs_f64(),
+    })
+}
+
+/// The goal of a pixel with the means of v and of what is known besides, and their standard errors: of rays through equal parts of
+/// it, so that edges are smooth, or through random points of the part that sees something. Neighbours tell what each varies
+/// by. Of plain walks both are 0.
+fn goal<F: Real, C: Tint<F>>(
+    walker: &Walker<'_, F, C>,
+    pixel: Pixel<F>,
+    number: u64,
+    errors: &mut [f64],
+) -> Goal<Pixel<F>, Wide<F, C>> {
+    let radiosity = walker.equation.0;
+    // Other numbers than those of any walk.
+    let seeds = WalkSeeds::<DefaultGenerator>::new(walker.walk.seed, !number);
+    let mut draws = RngUniforms(seeds.generator(0));
+    let nothing = Wide::<F, C>::splat(walker.equation.channels(), 0.0);
+    let [mut v, mut known, mut before] = [nothing; 3];
+    let part = F::from_f64(1.0 / f64::from(PARTS));
+    for i in 0..if walker.is_plain { 0 } else { PARTS * PARTS } {
+        let seen = if pixel.is_partial {
+            pixel.draw(radiosity, &mut draws)
+        } else {
+            let within = [i % PARTS, i / PARTS];
+            pixel.at(
+                radiosity,
+                within.map(|i| (F::from_u32(i) + draws.uniform()) * part),
+            )
+        };
+        let start = radiosity.start_at(seen, F::from_f64(1.0));
+        let at = walker.neighbour.locate(start.point);
+        let of_v = walker.neighbour.value(&at).scaled(start.phi).wide();
+        let value = of_v.plus(&start.known.wide());
+        (v, known) = (v.plus(&of_v), known.plus(&start.known.wide()));
+        if i % 2 == 1 {
+            let off = with_sum(&value.minus(&before), walker.weights);
+            let sums = errors.iter_mut().zip(off);
+            sums.for_each(|(sum, off)| *sum += off * off);
+        }
+        before = value;
+    }
+    let count = f64::from(PARTS * PARTS);
+    errors.iter_mut().for_each(|sum| *sum = sum.sqrt() / count);
+    Goal {
+        functional: pixel,
+        control_mean: Some(v.scaled(1.0 / count)),
+        known: known.scaled(1.0 / count),
     }
 }

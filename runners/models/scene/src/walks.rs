@@ -8,14 +8,11 @@ use fredholm_model::cost::PointwisePairs;
 use fredholm_model::heat::RadiativeExchange as _;
 use fredholm_model::numbers::largest;
 use fredholm_model::{Error, Prepared, Region, Request, Then};
-use fredholm_scene::{Sources, Tint};
+use fredholm_scene::{Sources, Tint, Wide};
 
 use crate::partition::{Cut, Walked};
 use crate::places::{Origin, Place};
 use crate::system::{AnyNeighbour, SceneSystem};
-
-/// The numbers of all channels in f64.
-pub(crate) type Wide<F, C> = <<C as Tint<F>>::Value as Value<F>>::Wide;
 
 /// Starts of walks from which (v, Φ) is told to people where it is not known.
 const LOOKS: u64 = 4096;

@@ -5,7 +5,7 @@ use fredholm_core::{Absorption, Batch, Estimate, Estimator};
 use fredholm_model::channels::ChannelNames;
 use fredholm_model::{
     GlobalQuantity, GlobalRequest, Goal, IMAGE_HEAD, Model, Region, Request, Scalar, Settings,
-    System, WalkOptions,
+    System, WalkOptions, WholeValues,
 };
 use fredholm_rayon::Observer;
 use fredholm_scene_model::{
@@ -41,9 +41,8 @@ fn material(number: usize, times: f64) -> Material {
 fn coloured(channels: usize) -> SceneModel {
     let model = room(1.0, Scalar::F64);
     let of = |number| {
-        (0..channels)
-            .map(|c| material(number, 1.0 / (1 + c) as f64))
-            .collect()
+        let all = (0..channels).map(|c| material(number, 1.0 / (1 + c) as f64));
+        vec![all.collect()]
     };
     let materials = (0..model.names().len()).map(of).collect();
     let names = ChannelNames::new((0..channels).map(|c| c.to_string()).collect());
@@ -191,7 +190,7 @@ fn the_way_back_has_the_same_means_and_irradiances() {
             (there.len(), back.len(), adjoint.shared(), galerkin.len()),
             (4, 4, 4, 3)
         );
-        assert!(system.saved().is_none() && !adjoint.has_whole());
+        assert!(system.saved().is_none() && adjoint.about().whole == WholeValues::None);
         for (number, (there, back)) in there.iter().zip(&back).enumerate() {
             agree(there, back, &number.to_string());
         }

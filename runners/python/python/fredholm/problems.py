@@ -525,9 +525,7 @@ class Cube(Problem):
     dimension : int
         d, from 1 to 6.
     domain : list of pairs
-        The interval of every axis; [0, 1] if it is not given.
-    integral : str
-        A formula of ∫ K(x, t) dt up to y, for kernels with a kink or a jump at x = y in one dimension.
+        The interval of every axis, whose ends may be infinite; [0, 1] if it is not given.
     solution : str
         A formula of u, where it is known: results are compared with it.
     vectorized : bool
@@ -548,7 +546,6 @@ class Cube(Problem):
         *,
         dimension: int = 1,
         domain: Optional[Sequence[Sequence[float]]] = None,
-        integral: Optional[Union[str, Sequence[str]]] = None,
         solution: Optional[str] = None,
         vectorized: Optional[bool] = None,
     ) -> None:
@@ -567,13 +564,11 @@ class Cube(Problem):
                 raise InputError("the kernel is a formula and the source a function: both must be formulas, or both functions")
             problem["kernel" if isinstance(kernel, str) else "kernel_factors"] = kernel
             problem["source"] = source
-            if integral is not None:
-                problem["kernel_integral"] = integral
             if solution is not None:
                 problem["solution"] = solution
         else:
-            if integral is not None or solution is not None:
-                raise InputError("`integral` and `solution` are formulas, which go with a kernel that is a formula")
+            if solution is not None:
+                raise InputError("`solution` is a formula, which goes with a kernel that is a formula")
             problem.update(kernel="0", source="0")
         text = _fredholm.Task.text_of(_json({"problem": problem}))
         # What is wrong with the dimension and the domain is said first.

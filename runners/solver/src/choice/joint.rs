@@ -6,6 +6,7 @@
 //! polynomials leave a bias.
 
 use fredholm_core::{Estimator, Real, Tolerance};
+use fredholm_model::WholeValues;
 use fredholm_model::cost::{Cost, PointwisePairs};
 
 use super::Chosen;
@@ -14,8 +15,9 @@ use crate::answer::SolveObserver;
 use crate::chosen::{ChoiceReport, WHOLE};
 use crate::execute::CellCount;
 use crate::systems::Systems;
-use crate::whole::{GIVEN_UP, GlobalEstimate, Looks, Ready, Until, Whole};
+use crate::whole::{GlobalEstimate, Looks, Ready, Until, Whole};
 use crate::{Error, Goal, Model, Pairs, Partitioned, Sequence, Settings, SolveError, WalkOptions};
+use fredholm_core::StopReason;
 
 /// The part of the time of separate walks that pilots may take: with a run that is given up at once they stay below a tenth.
 const SHARE: f64 = 0.05;
@@ -110,12 +112,12 @@ impl<'m> Joint<'m> {
             price: price / self.each,
         };
         let walked = whole.walk(&self.ready, &until)?;
-        if walked.stop == GIVEN_UP {
+        if walked.stop.is_none() {
             return Ok(None);
         }
         let function = whole.finished(self.ready, walked)?;
         let summary = function.summary();
-        let is_good = summary.stop != "done" || summary.remarks().is_empty();
+        let is_good = summary.stop != StopReason::Done || summary.remarks().is_empty();
         Ok(is_good.then_some(function))
     }
 }
@@ -191,8 +193,7 @@ impl<'m> Question<'_, 'm> {
         let settings = self.settings;
         let starts = self.goals.len() + self.model.besides(self.goals);
         starts > 1
-            && self.model.has_whole()
-            && self.model.whole_has_points()
+            && self.model.about().whole == WholeValues::Points
             && settings.global != Some(false)
             && settings.walks.is_none()
             && settings.last_step != Some(true)
@@ -279,7 +280,7 @@ impl<'m> Question<'_, 'm> {
         (tolerance, price): (Tolerance, f64),
         looked: &mut Looked<'m>,
     ) -> Result<(), Error> {
-        let degree = self.model.most_lift();
+        let degree = self.model.about().most_lift;
         let own = self.settings;
         let is_open = own.lift.is_none() && own.pairs.is_none();
         if !is_open || degree == 0 || own.sequence == Some(Sequence::Sobol) {
@@ -455,7 +456,7 @@ impl<'m> Question<'_, 'm> {
         let pilot = joint.values / 3.0 + LONG_PILOT as f64 * each;
         let may = *lost + pilot < SHARE * price && pilot < SEQUENCE_SHARE * joint.seconds();
         let may = may || wanted == Some(Sequence::Sobol);
-        if !self.model.has_sequences() || wanted == Some(Sequence::Random) || !may {
+        if !self.model.about().has_sequences || wanted == Some(Sequence::Random) || !may {
             return Ok(());
         }
         let mut settings = joint.settings.clone();

@@ -253,7 +253,7 @@ pub(crate) fn solve_either<'m>(
         let end = course.end();
         let mut answer = match answered {
             // The neighbour equation's own variance is known now.
-            Err(refusal @ (Error::InfiniteNeighbour { .. } | Error::InfiniteVariance { .. })) => {
+            Err(refusal @ Error::InfiniteVariance { .. }) => {
                 search.forget(best.setting, refusal);
                 search.run();
                 continue;

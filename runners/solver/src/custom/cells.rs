@@ -1,7 +1,8 @@
 //! Quadrature over cells and draws from them, for any equation whose cells are images of a cube.
 
 use fredholm_core::galerkin::{Cells, GalerkinError, reserve};
-use fredholm_core::{Located, Real, Uniforms};
+use fredholm_core::{Located, Real, Space, Uniforms};
+use fredholm_model::numbers::sum;
 use fredholm_variance::gauss;
 
 use crate::Error;
@@ -103,26 +104,22 @@ impl<P: Copy> Nodes<P> {
 
     /// ∫ f dμ over the whole space.
     pub(super) fn integral(&self, f: impl Fn(&P) -> f64) -> f64 {
-        let cell = |j| {
-            self.weighted(j)
-                .map(|(x, weight)| weight * f(&x))
-                .sum::<f64>()
-        };
-        (0..self.cells()).map(cell).sum()
+        let cell = |j| self.weighted(j).map(|(x, weight)| weight * f(&x));
+        sum((0..self.cells()).flat_map(cell))
     }
 }
 
-/// Draws points that are uniform on the space.
-pub(super) struct Uniform<'a, E> {
-    equation: &'a E,
+/// The shares of the cells, by which points are drawn that are uniform on the space.
+#[derive(Clone, Debug)]
+pub(super) struct Shares {
     /// The share of the space up to every cell and with it.
     up_to: Vec<f64>,
     /// μ(X).
     pub(super) measure: f64,
 }
 
-impl<'a, E: Cells> Uniform<'a, E> {
-    pub(super) fn new(equation: &'a E) -> Self {
+impl Shares {
+    pub(super) fn new<E: Cells>(equation: &E) -> Self {
         let measures = (0..equation.cells()).map(|cell| equation.measure(cell));
         let measure: f64 = measures.clone().sum();
         let mut sum = 0.0;
@@ -132,8 +129,61 @@ impl<'a, E: Cells> Uniform<'a, E> {
         });
         Self {
             up_to: up_to.collect(),
-            equation,
             measure,
+        }
+    }
+
+    #[inline]
+    pub(super) fn draw<E: Cells, U: Uniforms<E::Scalar>>(
+        &self,
+        equation: &E,
+        uniforms: &mut U,
+    ) -> E::Point {
+        const {
+            assert!(
+                E::DIMENSION <= MOST_DIMENSIONS,
+                "cells have at most 6 dimensions"
+            );
+        }
+        // One cell takes no number to find.
+        let cell = match self.up_to.len() {
+            1 => 0,
+            cells => {
+                let place = uniforms.uniform().to_f64();
+                let cell = self.up_to.partition_point(|&up_to| up_to <= place);
+                cell.min(cells.saturating_sub(1))
+            }
+        };
+        let mut t = [0.0; MOST_DIMENSIONS];
+        for t in t.iter_mut().take(E::DIMENSION) {
+            *t = uniforms.uniform().to_f64();
+        }
+        equation.point(cell, &t[..E::DIMENSION])
+    }
+}
+
+/// Draws points that are uniform on the space.
+pub(super) struct Uniform<'a, E: Space> {
+    equation: &'a E,
+    shares: Shares,
+    /// μ(X).
+    pub(super) measure: f64,
+    /// How the equation itself draws such points, if it does: from as many numbers as there are dimensions, of which points that fill
+    /// the cube evenly make the most.
+    own: Option<DrawFn<E>>,
+}
+
+/// Draws a point of an equation.
+pub(super) type DrawFn<E> = fn(&E, &mut dyn Uniforms<<E as Space>::Scalar>) -> <E as Space>::Point;
+
+impl<'a, E: Cells> Uniform<'a, E> {
+    pub(super) fn new(equation: &'a E, own: Option<DrawFn<E>>) -> Self {
+        let shares = Shares::new(equation);
+        Self {
+            measure: shares.measure,
+            shares,
+            equation,
+            own,
         }
     }
 
@@ -147,7 +197,7 @@ impl<'a, E: Cells> Uniform<'a, E> {
         let mut t = [E::Scalar::from_f64(0.0); 1];
         self.equation
             .parameters(&Located { point: *x, cell }, &mut t);
-        let up_to = |cell: usize| self.up_to.get(cell).copied().unwrap_or(1.0);
+        let up_to = |cell: usize| self.shares.up_to.get(cell).copied().unwrap_or(1.0);
         let from = cell.checked_sub(1).map_or(0.0, up_to);
         from + (up_to(cell) - from) * t[0].to_f64()
     }
@@ -155,30 +205,20 @@ impl<'a, E: Cells> Uniform<'a, E> {
     /// The mean of a function of so many coefficients on every cell, of which the first is its mean there.
     pub(super) fn mean(&self, functions: usize, coefficients: &[E::Scalar]) -> f64 {
         let mut before = 0.0;
-        let cells = self.up_to.iter().zip(coefficients.chunks(functions));
+        let cells = self.shares.up_to.iter().zip(coefficients.chunks(functions));
         let terms = cells.map(|(&up_to, own)| {
             let share = up_to - before;
             before = up_to;
             share * own.first().map_or(f64::NAN, |mean| mean.to_f64())
         });
-        terms.sum()
+        sum(terms)
     }
 
     #[inline]
     pub(super) fn draw<U: Uniforms<E::Scalar>>(&self, uniforms: &mut U) -> E::Point {
-        const {
-            assert!(
-                E::DIMENSION <= MOST_DIMENSIONS,
-                "cells have at most 6 dimensions"
-            );
+        match self.own {
+            Some(own) => own(self.equation, uniforms),
+            None => self.shares.draw(self.equation, uniforms),
         }
-        let place = uniforms.uniform().to_f64();
-        let cell = self.up_to.partition_point(|&up_to| up_to <= place);
-        let mut t = [0.0; MOST_DIMENSIONS];
-        for t in t.iter_mut().take(E::DIMENSION) {
-            *t = uniforms.uniform().to_f64();
-        }
-        let last = self.up_to.len().saturating_sub(1);
-        self.equation.point(cell.min(last), &t[..E::DIMENSION])
     }
 }

@@ -22,7 +22,7 @@ pub(crate) enum Kinds {
 }
 
 /// All pairs in S.
-const IN_S: DiagonalRule = DiagonalRule {
+pub(crate) const IN_S: DiagonalRule = DiagonalRule {
     diagonal: PairKind::Galerkin,
 };
 /// The diagonal pointwise.
@@ -32,7 +32,7 @@ const DIAGONAL: DiagonalRule = DiagonalRule {
 
 impl Kinds {
     /// The pairs for an analysis, of a degree with these pairs of the paper.
-    pub(crate) const fn any(self, paper: DiagonalRule) -> AnyPairs<'static> {
+    pub(crate) const fn any(self, paper: DiagonalRule) -> AnyPairs {
         match self {
             Self::Paper => AnyPairs::Diagonal(paper),
             Self::AllInS => AnyPairs::Diagonal(IN_S),
@@ -57,21 +57,41 @@ pub(crate) type Use<'a, E> =
 /// What a neighbour equation is made of, besides its pairs.
 pub(crate) struct Of<'a, E> {
     pub(crate) equation: &'a E,
-    /// K', unless the degree has it in closed form.
-    pub(crate) coefficients: Option<&'a Dense<'a, f64>>,
+    /// The numbers that the degree keeps of K'.
+    pub(crate) entries: &'a [f64],
+    /// n and B.
+    pub(crate) shape: [usize; 2],
     pub(crate) solution: &'a Solution,
 }
 
-/// Coefficients in closed form.
+/// Coefficients of any form.
 pub(crate) type Closed<'e> = Box<dyn GalerkinMatrix<Scalar = f64> + Sync + 'e>;
 
 impl<'a, E> Of<'a, E> {
-    /// The table of K'.
-    pub(crate) fn table(&self) -> Result<&'a Dense<'a, f64>, Error> {
-        self.coefficients
-            .ok_or(Error::Internal("coefficients in closed form have no table"))
+    /// The dense table of K'.
+    pub(crate) fn table(&self) -> Result<Dense<'a, f64>, Error> {
+        let [n, functions] = self.shape;
+        Dense::new(self.entries, n, functions).ok_or(Error::Internal("a table has a wrong size"))
     }
 }
+
+/// Which pairs of cells a neighbour equation may have.
+#[derive(Clone, Copy)]
+pub(crate) struct DegreePairs {
+    /// Whether pairs may be pointwise.
+    pub(crate) pointwise: bool,
+    /// The pairs of the paper.
+    pub(crate) paper: DiagonalRule,
+    /// The pairs unless they are given.
+    pub(crate) default: Kinds,
+}
+
+/// All pairs are in S.
+const ALL_IN_S: DegreePairs = DegreePairs {
+    pointwise: false,
+    paper: IN_S,
+    default: Kinds::AllInS,
+};
 
 /// Functions on a cell, whose number the steps of walks take as a constant. It is object safe, so that an equation may
 /// have several degrees.
@@ -79,24 +99,32 @@ pub(crate) trait Degree<E: CustomEquation>: Send + Sync {
     /// B.
     fn functions(&self) -> usize;
 
-    /// Whether pairs may be pointwise.
-    fn has_integrals(&self) -> bool {
-        false
+    /// Which pairs there may be.
+    fn pairs(&self) -> DegreePairs {
+        ALL_IN_S
     }
 
-    /// The pairs of the paper: all in S, unless the equation has pairs that are better left out.
-    fn paper(&self) -> DiagonalRule {
-        IN_S
+    /// The number of numbers that are kept of K' on so many cells, if memory can be counted: (n·B)², unless K' has a form of its own. 0: it is
+    /// a closed form.
+    fn stored(&self, cells: usize) -> Option<usize> {
+        let unknowns = cells.checked_mul(self.functions())?;
+        unknowns.checked_mul(unknowns)
     }
 
-    /// Whether [`matrix`](Self::matrix) has a closed form.
-    fn is_closed(&self) -> bool {
-        false
+    /// Values of the kernel that K' takes on so many cells, by a rule of so many points in each.
+    fn evaluations(&self, cells: usize, points: f64) -> f64 {
+        (cells as f64 * points).powi(2)
     }
 
-    /// K' in closed form, if it has one: then walks have h = k and G in closed form, too.
-    fn matrix<'e>(&self, equation: &'e E) -> Option<Closed<'e>> {
-        let _ = equation;
+    /// The numbers that are kept of K', by a rule of so many points of a cell and axis, if it has a form of its own.
+    fn entries(&self, equation: &E, points: usize) -> Option<Result<Vec<f64>, Error>> {
+        let _ = (equation, points);
+        None
+    }
+
+    /// K' of these numbers, if it has a form of its own.
+    fn matrix<'e>(&self, equation: &'e E, entries: &'e [f64]) -> Option<Result<Closed<'e>, Error>> {
+        let _ = (equation, entries);
         None
     }
 
@@ -145,14 +173,15 @@ impl<E: CustomEquation + TransitionMoments<B>, const B: usize> Degree<E> for Smo
     }
 
     fn fill(&self, equation: &E, nodes: &Nodes<E::Point>, cell: usize, rows: &mut [f64]) {
+        // The nodes of all cells have the same parameters.
+        let psi = functions::<E, B>(equation, nodes, cell);
         fill::<E, B>(equation, nodes, cell, rows, |x, j| {
             let mut integrals = [0.0; B];
-            for (point, weight) in nodes.weighted(j) {
+            for ((point, weight), psi) in nodes.weighted(j).zip(&psi) {
                 let k = equation.kernel(&x.point, &point).to_f64();
                 let step = weight * k * equation.density(&x.point, &point).to_f64();
-                let psi = Basis::<B>::basis(equation, &Located { point, cell: j });
                 for (integral, psi) in integrals.iter_mut().zip(psi) {
-                    *integral += step * psi.to_f64();
+                    *integral += step * psi;
                 }
             }
             integrals
@@ -194,8 +223,8 @@ impl<E: CustomEquation + TransitionMoments<B>, const B: usize> Degree<E> for Smo
             return Err(Error::Internal("pointwise pairs need their integrals"));
         }
         let coefficients = of.table()?;
-        let vectors = of.solution.for_walks(coefficients, IN_S)?;
-        let rounded = Rounded::new(coefficients);
+        let vectors = of.solution.for_walks(&coefficients, IN_S)?;
+        let rounded = Rounded::new(&coefficients);
         let neighbour: Piecewise<'_, _, _, _, _, _, B> =
             vectors.piecewise(of.equation, &rounded)?;
         then(&neighbour, vectors.v())
@@ -207,7 +236,7 @@ impl<E: CustomEquation + TransitionMoments<B>, const B: usize> Degree<E> for Smo
         nodes: &Nodes<E::Point>,
         kinds: Kinds,
     ) -> Result<f64, Error> {
-        squared_radius::<_, _, B>(of.equation, of.table()?, nodes, &kinds.any(IN_S))
+        squared_radius::<_, _, B>(of.equation, &of.table()?, nodes, &kinds.any(IN_S))
     }
 }
 
@@ -216,7 +245,7 @@ pub(crate) fn squared_radius<E, C, const B: usize>(
     equation: &E,
     coefficients: &C,
     nodes: &Nodes<E::Point>,
-    pairs: &AnyPairs<'_>,
+    pairs: &AnyPairs,
 ) -> Result<f64, Error>
 where
     E: CustomEquation + TransitionMoments<B>,
@@ -236,6 +265,16 @@ where
     )?)
 }
 
+/// The functions on a cell at its nodes.
+fn functions<E: CustomEquation + TransitionMoments<B>, const B: usize>(
+    equation: &E,
+    nodes: &Nodes<E::Point>,
+    cell: usize,
+) -> Vec<[f64; B]> {
+    let at = |(point, _)| Basis::<B>::basis(equation, &Located { point, cell }).map(Real::to_f64);
+    nodes.shares(cell).map(at).collect()
+}
+
 /// Adds to the rows of a cell what `integrals` says of a point and another cell: ∫_Xj K(x,y) ψ_jb(y) dμ(y).
 fn fill<E: CustomEquation + TransitionMoments<B>, const B: usize>(
     equation: &E,
@@ -246,13 +285,13 @@ fn fill<E: CustomEquation + TransitionMoments<B>, const B: usize>(
 ) {
     let unknowns = nodes.cells() * B;
     rows.fill(0.0);
-    for (point, share) in nodes.shares(cell) {
+    let psi = functions::<E, B>(equation, nodes, cell);
+    for ((point, share), psi) in nodes.shares(cell).zip(&psi) {
         let x = Located { point, cell };
-        let psi = Basis::<B>::basis(equation, &x);
         for j in 0..nodes.cells() {
             let integrals = integrals(&x, j);
             for (row, psi) in rows.chunks_exact_mut(unknowns).zip(psi) {
-                let left = share * psi.to_f64();
+                let left = share * psi;
                 for (entry, integral) in row[j * B..].iter_mut().zip(integrals) {
                     *entry += left * integral;
                 }
@@ -269,8 +308,12 @@ where
         B
     }
 
-    fn has_integrals(&self) -> bool {
-        true
+    fn pairs(&self) -> DegreePairs {
+        DegreePairs {
+            pointwise: true,
+            default: Kinds::DiagonalPointwise,
+            ..ALL_IN_S
+        }
     }
 
     fn fill(&self, equation: &E, nodes: &Nodes<E::Point>, cell: usize, rows: &mut [f64]) {
@@ -299,17 +342,17 @@ where
         then: &mut Use<'_, E>,
     ) -> Result<(), Error> {
         let coefficients = of.table()?;
-        let rounded = Rounded::new(coefficients);
+        let rounded = Rounded::new(&coefficients);
         match kinds {
             Kinds::AllInS | Kinds::Paper => Smooth::<B>.with_neighbour(of, kinds, then),
             Kinds::DiagonalPointwise => {
-                let vectors = of.solution.for_walks(coefficients, DIAGONAL)?;
+                let vectors = of.solution.for_walks(&coefficients, DIAGONAL)?;
                 let neighbour: Piecewise<'_, _, _, _, _, _, B> =
                     vectors.with_pointwise(of.equation, &rounded)?;
                 then(&neighbour, vectors.v())
             }
             Kinds::AllPointwise => {
-                let vectors = of.solution.for_walks(coefficients, AllPointwise)?;
+                let vectors = of.solution.for_walks(&coefficients, AllPointwise)?;
                 let neighbour: Piecewise<'_, _, _, _, _, _, B> =
                     vectors.with_pointwise(of.equation, &rounded)?;
                 then(&neighbour, vectors.v())

@@ -4,6 +4,7 @@ mod cells;
 mod degree;
 mod lifted;
 mod quadrature;
+mod regular;
 mod scores;
 mod system;
 mod walk;
@@ -17,19 +18,25 @@ use fredholm_core::global::Stationary;
 use fredholm_core::{Density, Equation, Lights, Space};
 use fredholm_rayon::fill_rows;
 
+use crate::domain::Domain;
 use crate::{Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Subject};
 pub(crate) use cells::Nodes;
 use degree::WithIntegrals;
-pub(crate) use degree::{Closed, Degree, Kinds, Of, Smooth, Use, squared_radius};
+pub(crate) use degree::{
+    Closed, Degree, DegreePairs, IN_S, Kinds, Of, Smooth, Use, squared_radius,
+};
 use fredholm_model::EquationError;
 use fredholm_model::finite::radius_above;
 use fredholm_model::resolvent::{
-    self, ByDensity, ResolventAnswer, ResolventQuestion, ResolventSizes,
+    self, ByDensity, Grid, ResolventFound, ResolventQuestion, ResolventSizes,
 };
-use fredholm_model::{About, LastSteps};
+use fredholm_model::{About, LastSteps, WholeValues};
+pub use regular::Uniformly;
+pub(crate) use regular::grid_levels;
 use system::CustomPartition;
+pub(crate) use walk::{Coordinates, Positions};
 use walk::{Equations, OwnLights, Walks, place};
-use whole::{OwnStarts, UniformStarts};
+use whole::{AnyStarts, OwnStarts, UniformStarts};
 
 /// The place in space of a point with these coordinates.
 type PlaceFn = dyn Fn(&[f64]) -> [f64; 3] + Send + Sync;
@@ -37,12 +44,20 @@ type PlaceFn = dyn Fn(&[f64]) -> [f64; 3] + Send + Sync;
 /// A weight, as a function of the point.
 type PointFn<P> = dyn Fn(&P) -> f64 + Send + Sync;
 
+/// Edges that are nearer than that are one: what is found is as exact.
+const SAME_EDGE: f64 = 1e-9;
 /// About so many unknowns in all where nothing is said of cells.
 const DEFAULT_UNKNOWNS: usize = 1000;
 /// The most unknowns of a level of a sweep.
 const LEVEL: usize = 1300;
+/// The dimension up to which an open method means resolvent walks: with more, cells of a degree that pays are more than are inverted.
+const MOST_RESOLVED: usize = 4;
+/// The most images of a cube that are taken for the whole space, and cut alike: edges are looked for between all pairs.
+const MOST_IMAGES: usize = 64;
 /// Cells enough to estimate the spectral radius of T_k²p.
 const COARSE: usize = 48;
+/// Seconds that are spent in looking at K², about.
+const LOOK_SECONDS: f64 = 1.0;
 /// Seconds of a value of k and of p, unless the equation says otherwise.
 const KERNEL: f64 = 10e-9;
 
@@ -131,10 +146,13 @@ pub struct CustomModel<E: CustomEquation> {
     name: &'static str,
     levels: Option<Vec<usize>>,
     coordinates: Vec<[f64; 2]>,
+    /// Where cells end on every axis, as numbers in (0, 1).
+    edges: Vec<Vec<f64>>,
     solution: Option<Box<PointFn<E::Point>>>,
     kernel_seconds: f64,
     /// Whether the coordinate goes around a closed curve, of which means over arcs are functionals.
     has_arcs: bool,
+    takes_resolvent: bool,
     last_steps: LastSteps,
     place: Option<Box<PlaceFn>>,
     /// The levels that the equation takes, with n; and the equation on the cells of a run of which nothing is said.
@@ -163,21 +181,42 @@ impl<E: CustomEquation> CustomModel<E> {
         let build = move |cells: usize| {
             build(cells).map_err(|error| Error::Equation(EquationError::new(error)))
         };
+        Self::of(build, Box::new(UniformStarts))
+    }
+
+    /// Model of the equation that `build` makes, whose global estimates start where it says. Other starts are not compiled.
+    pub(crate) fn with_own_starts(
+        build: impl Fn(usize) -> Result<E, Error> + Send + Sync + 'static,
+    ) -> Self
+    where
+        E: Stationary,
+    {
+        Self::of(build, Box::new(OwnStarts))
+    }
+
+    fn of(
+        build: impl Fn(usize) -> Result<E, Error> + Send + Sync + 'static,
+        starts: Box<dyn AnyStarts<E>>,
+    ) -> Self {
         Self {
             equations: Equations {
                 build: Box::new(build),
                 degrees: vec![Box::new(Smooth::<1>)],
                 weights: Vec::new(),
-                starts: Box::new(UniformStarts),
+                parts: Vec::new(),
+                positions: None,
+                starts,
                 lights: None,
             },
             single: None,
             name: "custom",
             levels: None,
             coordinates: vec![[0.0, 1.0]; E::DIMENSION],
+            edges: Vec::new(),
             solution: None,
             kernel_seconds: KERNEL,
             has_arcs: false,
+            takes_resolvent: true,
             last_steps: LastSteps::Never,
             place: None,
             all: OnceLock::new(),
@@ -220,6 +259,14 @@ impl<E: CustomEquation> CustomModel<E> {
         E: Stationary,
     {
         self.equations.starts = Box::new(OwnStarts);
+        self
+    }
+
+    /// Makes the walks of the equation's chain the method where none is asked for: of chains that know where K is large. Otherwise
+    /// it is resolvent walks, which know K and F alone, up to four dimensions.
+    #[must_use]
+    pub const fn by_its_chain(mut self) -> Self {
+        self.takes_resolvent = false;
         self
     }
 
@@ -277,6 +324,19 @@ impl<E: CustomEquation> CustomModel<E> {
         self
     }
 
+    /// Adds a part of the space, of which means are asked for: the function that is 1 over the part's measure there and 0 elsewhere. The number
+    /// of a point's part, from 1 on, is its last coordinate.
+    pub(crate) fn with_part(
+        mut self,
+        name: &str,
+        share: impl Fn(&E::Point) -> f64 + Send + Sync + 'static,
+    ) -> Self {
+        self.equations
+            .parts
+            .push((name.to_owned(), Box::new(share)));
+        self
+    }
+
     /// Adds the same equation in single precision, for walks in it: with the same degrees, pointwise pairs and weights.
     #[must_use]
     pub fn with_f32<N: CustomEquation<Scalar = f32>>(mut self, single: CustomModel<N>) -> Self {
@@ -291,6 +351,14 @@ impl<E: CustomEquation> CustomModel<E> {
         solution: impl Fn(&E::Point) -> f64 + Send + Sync + 'static,
     ) -> Self {
         self.solution = Some(Box::new(solution));
+        self
+    }
+
+    /// Adds places where cells of resolvent walks end on every axis, besides those that are found: numbers in (0, 1), as parameters of a cell
+    /// that is the whole space. That serves where kernel or source jump.
+    #[must_use]
+    pub(crate) fn with_edges(mut self, edges: Vec<Vec<f64>>) -> Self {
+        self.edges = edges;
         self
     }
 
@@ -313,6 +381,12 @@ impl<E: CustomEquation> CustomModel<E> {
     #[must_use]
     pub fn with_coordinates(mut self, intervals: impl Into<Vec<[f64; 2]>>) -> Self {
         self.coordinates = intervals.into();
+        self
+    }
+
+    /// Says where a point lies in its coordinates, so that there are weights of coordinates, [`Region::Function`], and places have names.
+    pub(crate) fn with_positions(mut self, positions: impl Positions<E::Point> + 'static) -> Self {
+        self.equations.positions = Some(Box::new(positions));
         self
     }
 
@@ -383,7 +457,14 @@ impl<E: CustomEquation<Scalar = f64>> CustomModel<E> {
         let enough = levels.iter().find(|[_, n]| *n >= COARSE).or(levels.last());
         let [cells, n] = enough.copied().unwrap_or([1, 1]);
         let equation = self.equation(cells)?;
-        let nodes = Nodes::new(&equation, 2)?;
+        // Fewer points, where their pairs would take long.
+        let pairs = (n as f64).powi(2) * 4_f64.powi(E::DIMENSION as i32);
+        let points = if pairs * self.kernel_seconds > LOOK_SECONDS {
+            1
+        } else {
+            2
+        };
+        let nodes = Nodes::new(&equation, points)?;
         let mut matrix: Vec<f64> = buffer(n.saturating_mul(n))?;
         fill_rows(&mut matrix, n, |i, row| {
             for (x, share) in nodes.shares(i) {
@@ -429,6 +510,8 @@ impl<E: CustomEquation<Scalar = f64>> CustomModel<E> {
             Region::Whole => return Ok(()),
             Region::Point(x) => return place(equation, x).map(|_| ()),
             Region::Weight(number) if *number < self.equations.weights.len() => return Ok(()),
+            Region::Function(_) if self.equations.positions.is_some() => return Ok(()),
+            Region::Part(number) if *number < self.equations.parts.len() => return Ok(()),
             Region::Arc(from, to) if self.has_arcs => {
                 let [low, high] = self.coordinates.first().copied().unwrap_or([0.0, 1.0]);
                 if low <= *from && from < to && *to <= high {
@@ -478,8 +561,17 @@ impl<E: CustomEquation<Scalar = f64>> Model for CustomModel<E> {
             less_memory: ": use fewer cells",
             takes_any_cells: false,
             counts_evaluations: true,
-            takes_resolvent: false,
+            takes_resolvent: self.takes_resolvent && E::DIMENSION <= MOST_RESOLVED,
+            // Where the parameters of points are known there are polynomials of any degree.
+            whole: WholeValues::Points,
+            most_lift: lifted::HIGHEST - 1,
+            has_sequences: true,
         }
+    }
+
+    fn part(&self, number: usize) -> Option<&str> {
+        let part = self.equations.parts.get(number);
+        part.map(|(name, _)| name.as_str())
     }
 
     fn weight(&self, number: usize) -> Option<&str> {
@@ -512,51 +604,75 @@ impl<E: CustomEquation<Scalar = f64>> Model for CustomModel<E> {
         self.last_steps
     }
 
-    fn by_resolvent(&self, question: &ResolventQuestion<'_>) -> Result<ResolventAnswer, Error> {
-        let levels = match question.settings.cells {
-            Some(cells) => vec![[cells, self.equation(cells)?.cells()]],
-            None => self.all_levels().to_vec(),
+    /// Where the whole space is one cell, or a few, cells end where functions jump; else they are those of the equation.
+    fn by_resolvent(&self, question: &ResolventQuestion<'_>) -> Result<ResolventFound<'_>, Error> {
+        let whole = self
+            .equation(1)
+            .ok()
+            .filter(|one| one.cells() <= MOST_IMAGES);
+        let cells = question.settings.cells;
+        let seconds = [self.kernel_seconds; 2];
+        let edges = whole.map(|whole| {
+            let (images, whole) = (whole.cells(), ByDensity(whole));
+            let mut edges = resolvent::edges(&whole);
+            for (found, named) in edges.iter_mut().zip(&self.edges) {
+                found.extend(named);
+                found.sort_by(f64::total_cmp);
+                found.dedup_by(|a, b| *a - *b < SAME_EDGE);
+            }
+            (images, edges)
+        });
+        let sizes = match &edges {
+            Some((images, edges)) => ResolventSizes::of_grid(edges, *images, cells, seconds),
+            None => ResolventSizes {
+                levels: match cells {
+                    Some(cells) => vec![[cells, self.equation(cells)?.cells()]],
+                    None => self.all_levels().to_vec(),
+                },
+                dimension: E::DIMENSION,
+                seconds,
+            },
         };
-        let sizes = ResolventSizes {
-            levels,
-            dimension: E::DIMENSION,
-            seconds: [self.kernel_seconds; 2],
+        let cut = |[cells, degree]: [usize; 2]| {
+            let grid = match &edges {
+                Some((_, edges)) => Grid::new(ByDensity(self.equation(1)?), edges, cells),
+                None => Grid::new(ByDensity(self.equation(cells)?), &[], 1),
+            };
+            Ok::<_, Error>((grid, degree))
         };
-        resolvent::answer(question, &sizes, &|cells, degree| {
-            let equation = ByDensity(self.equation(cells)?);
-            resolvent::cut_of(equation, &self.equations, degree)
+        resolvent::answer(question, &sizes, &|fine, coarse| {
+            let (grid, degree) = cut(fine)?;
+            let coarse = coarse.map(cut).transpose()?;
+            resolvent::cut_of(grid, &self.equations, degree, coarse)
         })
     }
 
-    /// Along every coordinate, the last one fastest.
+    /// Along every coordinate, the last one fastest; on every part of the space.
     fn grid(&self, points: usize, _: Option<usize>) -> Vec<Region> {
         // The ends of a closed curve are one point.
         let last = points.saturating_sub(usize::from(!self.has_arcs)).max(1) as f64;
         let mut all = vec![Vec::new()];
         for &[low, high] in &self.coordinates {
-            let at = |i: usize| low + (high - low) * (i as f64 / last);
+            let own = Domain::new(&[[low, high]]);
+            let at = |i: usize| match (high - low).is_finite() {
+                true => low + (high - low) * (i as f64 / last),
+                false => own.coordinate(0, (i as f64 + 0.5) / points as f64),
+            };
             let more = |x: Vec<f64>| (0..points).map(move |i| [&*x, &[at(i)]].concat());
             all = all.into_iter().flat_map(more).collect();
+        }
+        let parts = self.equations.parts.len();
+        if parts > 0 {
+            let of = |x: Vec<f64>| (1..=parts).map(move |part| [&*x, &[part as f64]].concat());
+            all = all.into_iter().flat_map(of).collect();
         }
         all.into_iter().map(Region::Point).collect()
     }
 
     fn spread(&self, points: f64) -> Vec<Region> {
-        let per_axis = points.powf(1.0 / self.coordinates.len().max(1) as f64) + 1e-9;
-        self.grid(per_axis.floor() as usize, None)
-    }
-
-    /// Where the parameters of points are known there are polynomials of any degree.
-    fn has_whole(&self) -> bool {
-        true
-    }
-
-    fn has_sequences(&self) -> bool {
-        true
-    }
-
-    fn most_lift(&self) -> usize {
-        lifted::HIGHEST - 1
+        let of_part = points / self.equations.parts.len().max(1) as f64;
+        let per_axis = of_part.powf(1.0 / self.coordinates.len().max(1) as f64) + 1e-9;
+        self.grid((per_axis.floor() as usize).max(1), None)
     }
 
     fn exact(&self, region: &Region) -> Result<Option<f64>, Error> {
@@ -571,10 +687,10 @@ impl<E: CustomEquation<Scalar = f64>> Model for CustomModel<E> {
                 let mean = walk::mean_between(equation, [*from, *to], &|x| u(&x))?;
                 Ok(Some(mean))
             }
-            Region::Weight(number) => match self.equations.weights.get(*number) {
-                Some((_, weight)) => self.integral(|x| weight(x) * u(x), false),
-                None => Ok(None),
-            },
+            region if walk::is_weight(region) => {
+                let weight = self.equations.weight_of(region)?;
+                self.integral(|x| weight(x) * u(x), false)
+            }
             _ => Ok(None),
         }
     }
@@ -595,7 +711,7 @@ impl<E: CustomEquation<Scalar = f64>> Model for CustomModel<E> {
         match pairs {
             // A sample without a step of these pairs looks as if there were no variance left.
             Pairs::Paper
-                if degree.functions() > 1 && degree.paper().diagonal == PairKind::Dropped =>
+                if degree.functions() > 1 && degree.pairs().paper.diagonal == PairKind::Dropped =>
             {
                 refuse(
                     Subject::Pairs,
@@ -603,7 +719,7 @@ impl<E: CustomEquation<Scalar = f64>> Model for CustomModel<E> {
                      variance, and so rare that error bars would miss them; use \"default\"",
                 )
             }
-            Pairs::Pointwise if !degree.has_integrals() => refuse(
+            Pairs::Pointwise if !degree.pairs().pointwise => refuse(
                 Subject::Pairs,
                 "pointwise pairs need the exact integrals of the kernel over cells: see \
                  `CustomModel::with_pair_integrals`",

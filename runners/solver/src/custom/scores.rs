@@ -52,6 +52,18 @@ impl Polynomials {
         self.degrees.iter().map(total)
     }
 
+    /// Piecewise polynomials of a lower total degree as those of this one.
+    pub(super) fn embed(&self, degree: usize, cells: usize, low: &[f64]) -> Vec<f64> {
+        let mut low = low.iter().copied();
+        let totals = (0..cells).flat_map(|_| self.totals());
+        totals
+            .map(|total| match total <= degree {
+                true => low.next().unwrap_or(f64::NAN),
+                false => 0.0,
+            })
+            .collect()
+    }
+
     /// Adds `score` times every function at these parameters.
     fn add(&self, t: &[f64; MOST_DIMENSIONS], score: f64, sums: &mut [f64]) {
         for (sum, psi) in sums.iter_mut().zip(self.at(t)) {

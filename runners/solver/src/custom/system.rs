@@ -2,8 +2,8 @@
 
 use std::sync::Mutex;
 
-use fredholm_core::galerkin::{GalerkinMatrix, Solution, buffer};
-use fredholm_embedded::TableBuilder;
+use fredholm_core::galerkin::{Solution, buffer};
+use fredholm_embedded::{Number, TableBuilder};
 use fredholm_rayon::fill_rows;
 use fredholm_variance::{Density, MeanCoefficients, Quadrature, Start as Begin, VarianceSetup};
 
@@ -11,15 +11,17 @@ use super::cells::{Nodes, Uniform};
 use super::degree::{Degree, Kinds, Of};
 use super::lifted::{self, Lifted};
 use super::quadrature::Sites;
-use super::walk::{How, Lit, Solved, Walks, known_of, place};
+use super::walk::{How, Lit, Solved, Walks, is_weight, known_of, matrix, place};
 use super::whole::CustomWhole;
 use super::{CustomEquation, CustomModel};
 use crate::{
     Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Scalar, Subject, System,
 };
-use fredholm_core::{Absorption, Form, Located, NoDraws};
-use fredholm_model::Examined;
+use fredholm_core::{Absorption, Form, Located, NoDraws, Real};
 use fredholm_model::cost::{Cost, PointwisePairs, WalkCost};
+use fredholm_model::device::{PairRule, add_dense};
+use fredholm_model::pairs::AnyPairs;
+use fredholm_model::{Examined, in_scalar};
 use fredholm_model::{GlobalSystem, Request, SavedSystem, Then, WalkOptions};
 
 /// The relative residual at which the iteration for v stops.
@@ -30,6 +32,8 @@ const SWEEPS: u32 = 4000;
 const MOST_NODES: usize = 20_000;
 /// Seconds of a state of a walk besides its kernel, as for the other kinds of equations.
 const STATE: f64 = 20e-9;
+/// Seconds of a product of two functions on a cell, of which a step has the square of their number.
+const FOLLOW: f64 = 0.3e-9;
 /// Values of F in a cell, for its means.
 const VALUES_OF_SOURCE: f64 = 64.0;
 /// The most points of an axis for the means of F: exact for half a wave on a cell.
@@ -95,13 +99,11 @@ impl<'m, E: CustomEquation<Scalar = f64>> CustomPartition<'m, E> {
     }
 
     pub(super) fn kinds(&self, pairs: Pairs) -> Kinds {
-        let has_integrals = self.of_degree().is_ok_and(|degree| degree.has_integrals());
+        let default = self.of_degree().map(|degree| degree.pairs().default);
         match pairs {
             Pairs::Paper => Kinds::Paper,
             Pairs::Pointwise => Kinds::AllPointwise,
-            Pairs::Default if self.is_closed() => Kinds::AllPointwise,
-            Pairs::Default if has_integrals => Kinds::DiagonalPointwise,
-            _ => Kinds::AllInS,
+            _ => default.unwrap_or(Kinds::AllInS),
         }
     }
 
@@ -117,9 +119,14 @@ impl<'m, E: CustomEquation<Scalar = f64>> CustomPartition<'m, E> {
         }
     }
 
+    /// The number of numbers that are kept of K', if it can be counted.
+    fn stored(&self) -> Option<usize> {
+        self.of_degree().ok()?.stored(self.all)
+    }
+
     /// Whether coefficients are closed forms.
     fn is_closed(&self) -> bool {
-        self.of_degree().is_ok_and(|degree| degree.is_closed())
+        self.stored() == Some(0)
     }
 
     /// Values of the kernel in a cell.
@@ -161,6 +168,8 @@ impl<'m, E: CustomEquation<Scalar = f64>> Partitioned<'m> for CustomPartition<'m
     fn cells_text(&self) -> String {
         if self.asked == self.all {
             self.asked.to_string()
+        } else if self.asked.checked_pow(E::DIMENSION as u32) == Some(self.all) {
+            format!("{} per axis, {} in all", self.asked, self.all)
         } else {
             format!("{} ({} in all)", self.asked, self.all)
         }
@@ -171,12 +180,9 @@ impl<'m, E: CustomEquation<Scalar = f64>> Partitioned<'m> for CustomPartition<'m
         let nodes = (self.all as f64 * self.values()) as usize;
         let points = nodes.saturating_mul(size_of::<E::Point>());
         // K', F', v, G and their copies.
-        let of_matrix = if self.is_closed() {
-            0
-        } else {
-            n.saturating_mul(8)
-        };
-        n.saturating_mul(of_matrix.saturating_add(8 * 8))
+        let of_matrix = self.stored().unwrap_or(usize::MAX).saturating_mul(8);
+        of_matrix
+            .saturating_add(n.saturating_mul(8 * 8))
             .saturating_add(points)
             .saturating_add(goals.len().saturating_mul(1024))
     }
@@ -184,6 +190,7 @@ impl<'m, E: CustomEquation<Scalar = f64>> Partitioned<'m> for CustomPartition<'m
     fn cost(&self, _: Pairs) -> Cost {
         let (n, b, values) = (self.all as f64, self.functions() as f64, self.values());
         let kernel = self.model.kernel_seconds;
+        let stored = self.stored().map_or(f64::INFINITY, |stored| stored as f64);
         let step = STATE + kernel;
         let plain = WalkCost {
             start: step,
@@ -192,16 +199,16 @@ impl<'m, E: CustomEquation<Scalar = f64>> Partitioned<'m> for CustomPartition<'m
             pair: 0.0,
             hidden_pair: 0.0,
         };
-        let follow = step + STATE + 1e-9 * b * b;
+        let follow = step + STATE + FOLLOW * b * b;
         Cost {
             setup: match self.is_closed() {
                 true => n * b * CLOSED,
-                false => n * n * (values * values * kernel + 20e-9 * b * b),
+                false => self.evaluations(0) * kernel + stored * 20e-9,
             },
             // The moments of h, for its variance, are most of it.
             source: match self.is_closed() {
                 true => n * b * CLOSED,
-                false => n * n * (values * 10e-9 * b * b + 3e-9 * b * b),
+                false => stored * (values * 10e-9 + 3e-9),
             },
             kept: 0.0,
             walk: WalkCost {
@@ -245,9 +252,9 @@ impl<'m, E: CustomEquation<Scalar = f64>> Partitioned<'m> for CustomPartition<'m
     }
 
     fn evaluations(&self, _: u32) -> f64 {
-        match self.is_closed() {
-            true => self.unknowns() as f64,
-            false => (self.all as f64 * self.values()).powi(2),
+        match self.of_degree() {
+            Ok(degree) if !self.is_closed() => degree.evaluations(self.all, self.values()),
+            _ => self.unknowns() as f64,
         }
     }
 
@@ -283,44 +290,38 @@ impl<'m, E: CustomEquation<Scalar = f64>> Partitioned<'m> for CustomPartition<'m
         let of_source = Nodes::new(&equation, self.points_of_source())?;
         let source = degree.means(&equation, &of_source, &|x| equation.source(x, &mut NoDraws));
         drop(of_source);
-        let closed = degree.matrix(&equation);
-        let mut entries: Vec<f64> = Vec::new();
-        if closed.is_none() {
-            let unknowns = self.unknowns();
-            entries = buffer(unknowns.saturating_mul(unknowns))?;
-            fill_rows(&mut entries, unknowns * functions, |cell, rows| {
-                degree.fill(&equation, &nodes, cell, rows);
-                Ok::<(), Error>(())
-            })?;
-        }
-        let mut solved = Solved {
-            cells: self.asked,
-            degree: self.degree,
-            entries,
-            shape: [self.all, functions],
-            solution: NOTHING,
-            lifted: None,
+        let entries = match degree.entries(&equation, self.points) {
+            Some(entries) => entries?,
+            None => {
+                let unknowns = self.unknowns();
+                let mut entries: Vec<f64> = buffer(unknowns.saturating_mul(unknowns))?;
+                fill_rows(&mut entries, unknowns * functions, |cell, rows| {
+                    degree.fill(&equation, &nodes, cell, rows);
+                    Ok::<(), Error>(())
+                })?;
+                entries
+            }
         };
-        let solution = match (&closed, &solved.coefficients()) {
-            (Some(closed), _) => Solution::new(&**closed, source, TOLERANCE, SWEEPS)?,
-            (None, Some(dense)) => Solution::new(dense, source, TOLERANCE, SWEEPS)?,
-            (None, None) => return Err(Error::Internal("a table has a wrong size")),
-        };
-        solved.solution = solution;
+        let shape = [self.all, functions];
+        let matrix = matrix(degree, &equation, (&entries, shape))?;
+        let solution = Solution::new(&*matrix, source, TOLERANCE, SWEEPS)?;
+        drop(matrix);
         Ok(Box::new(CustomSystem {
             cut: *self,
-            solved,
+            solved: Solved {
+                cells: self.asked,
+                degree: self.degree,
+                entries,
+                shape,
+                solution,
+                lifted: None,
+            },
             radii: Mutex::default(),
         }))
     }
 
     fn restore(&self, saved: SavedSystem<'m>) -> Result<Box<dyn System + 'm>, Error> {
-        let unknowns = self.unknowns();
-        let coefficients = match self.is_closed() {
-            true => Some(0),
-            false => unknowns.checked_mul(unknowns),
-        };
-        let solution = saved.fitting(unknowns, coefficients, Some(0))?;
+        let solution = saved.fitting(self.unknowns(), self.stored())?;
         let functions = self.of_degree()?.functions();
         Ok(Box::new(CustomSystem {
             cut: *self,
@@ -340,13 +341,6 @@ impl<'m, E: CustomEquation<Scalar = f64>> Partitioned<'m> for CustomPartition<'m
         self.walks()?.plain_job(self.asked, request, then)
     }
 }
-
-/// No solution yet.
-const NOTHING: Solution = Solution {
-    v: Vec::new(),
-    convergence: fredholm_model::NO_ITERATION,
-    radius_bound: 0.0,
-};
 
 /// A solved equation.
 pub(super) struct CustomSystem<'m, E: CustomEquation> {
@@ -423,10 +417,10 @@ impl<E: CustomEquation<Scalar = f64>> CustomSystem<'_, E> {
             None => {
                 let equation = self.cut.equation()?;
                 let nodes = Nodes::new(&equation, self.cut.points)?;
-                let coefficients = self.solved.coefficients();
                 let of = Of {
                     equation: &equation,
-                    coefficients: coefficients.as_ref(),
+                    entries: &self.solved.entries,
+                    shape: self.solved.shape,
                     solution: &self.solved.solution,
                 };
                 let degree = self.cut.of_degree()?;
@@ -472,16 +466,12 @@ impl<E: CustomEquation<Scalar = f64>> System for CustomSystem<'_, E> {
         let equation = &self.cut.equation()?;
         let kinds = self.kinds(request.walk.pairs);
         let quadrature = self.cut.sites(nodes)?;
-        let (closed, dense) = (degree.matrix(equation), self.solved.coefficients());
-        let mean = |i, j| match (&closed, &dense) {
-            (Some(closed), _) => closed.mean(i, j),
-            (None, Some(dense)) => dense.mean(i, j),
-            (None, None) => f64::NAN,
-        };
+        let matrix = self.solved.matrix(degree, equation)?;
+        let mean = |i, j| matrix.mean(i, j);
         let cells = self.cut.all;
         let means = MeanCoefficients { cells, mean: &mean };
         let is_constant = degree.functions() == 1;
-        let uniform = Uniform::new(equation);
+        let uniform = Uniform::new(equation, None);
         let measure = uniform.measure;
         let everywhere = |_: &E::Point| Density::uniform(measure);
         let arcs = self.arcs(&uniform, &quadrature, request.goals)?;
@@ -529,7 +519,7 @@ impl<E: CustomEquation<Scalar = f64>> System for CustomSystem<'_, E> {
             for goal in request.goals {
                 starts.push(match &goal.region {
                     Region::Point(x) => Begin::At(place(equation, x)?),
-                    Region::Weight(_) => match weights.next() {
+                    region if is_weight(region) => match weights.next() {
                         Some(density) => Begin::Density(density),
                         None => return Err(Error::Internal("a weight has no means")),
                     },
@@ -543,7 +533,7 @@ impl<E: CustomEquation<Scalar = f64>> System for CustomSystem<'_, E> {
             let setting = VarianceSetup {
                 equation: &lit,
                 neighbour,
-                pairs: kinds.any(degree.paper()),
+                pairs: kinds.any(degree.pairs().paper),
                 quadrature: &quadrature,
                 absorption,
             };
@@ -554,7 +544,14 @@ impl<E: CustomEquation<Scalar = f64>> System for CustomSystem<'_, E> {
                 goals: request.goals,
                 known: &known,
                 place: &|site| {
-                    let cell = neighbour.locate(quadrature.inside(site)).cell;
+                    let x = quadrature.inside(site);
+                    if let Some(position) = &equations.positions {
+                        return part_of(
+                            &position.position(&x).coordinates,
+                            &self.cut.model.coordinates,
+                        );
+                    }
+                    let cell = neighbour.locate(x).cell;
                     group(cell, cells).name(ends.as_deref())
                 },
             })
@@ -589,14 +586,76 @@ impl<E: CustomEquation<Scalar = f64>> System for CustomSystem<'_, E> {
         Some(SavedSystem::new(solution, entries))
     }
 
-    fn tables(&self, _: Pairs) -> Result<TableBuilder, Error> {
-        Err(Error::Option {
-            subject: Subject::Problem,
-            message: "there are no device tables of an equation of a crate of its own: that crate makes them, by \
-                      `fredholm_embedded::TableBuilder`"
-                .to_owned(),
-        })
+    fn tables(&self, pairs: Pairs) -> Result<TableBuilder, Error> {
+        in_scalar!(self.cut.scalar, F => self.tables_in::<F>(pairs))
     }
+}
+
+impl<E: CustomEquation<Scalar = f64>> CustomSystem<'_, E> {
+    /// The tables of a device: kernel, source and chain are for the device to know.
+    fn tables_in<F: Real + Number>(&self, pairs: Pairs) -> Result<TableBuilder, Error> {
+        let (solved, kinds) = (&self.solved, self.kinds(pairs));
+        let refuse = |message: &str| {
+            let message = message.to_owned();
+            Err(Error::Option {
+                subject: Subject::Problem,
+                message,
+            })
+        };
+        if self.cut.is_closed() {
+            return refuse(
+                "a device computes coefficients in closed form by itself: there are no tables of them",
+            );
+        }
+        if solved.lifted.is_some() {
+            return Err(Error::Internal("tables have no lift"));
+        }
+        self.check_neighbour(kinds, Absorption::Roulette)?;
+        let (equation, degree) = (self.cut.equation()?, self.cut.of_degree()?);
+        let matrix = solved.matrix(degree, &equation)?;
+        let any = kinds.any(degree.pairs().paper);
+        let g = solved.solution.source(&*matrix, &any)?;
+        let v = solved.solution.rounded::<F>()?;
+        let mut tables = TableBuilder::new(self.cut.model.name);
+        tables.numbers("axes", &[E::DIMENSION as u32, self.cut.asked as u32]);
+        tables.numbers("degree", &[self.cut.degree as u32]);
+        let [n, functions] = solved.shape;
+        if solved.entries.len() == (n * functions).pow(2) {
+            add_dense::<F>(&mut tables, &solved.entries, functions);
+        } else {
+            // Products are rounded, not factors, so that the walks are the library's own.
+            tables.numbers("factors", &solved.entries);
+        }
+        tables.numbers("v", &v);
+        tables.numbers::<F>("source", &g);
+        let rule = match any {
+            AnyPairs::Diagonal(rule) => Some(rule),
+            _ => None,
+        };
+        PairRule::of(rule).add_to(&mut tables);
+        Ok(tables)
+    }
+}
+
+/// The part of every axis in which a point lies, for people: an eighth of it in one dimension, a quarter in two and half of it in more.
+fn part_of(x: &[f64], intervals: &[[f64; 2]]) -> String {
+    let parts = match intervals.len() {
+        1 => 8.0,
+        2 => 4.0,
+        _ => 2.0,
+    };
+    let part = |(x, [low, high]): (&f64, &[f64; 2])| {
+        if !(high - low).is_finite() {
+            return format!("near {x:.2}");
+        }
+        let number = ((x - low) / (high - low) * parts)
+            .floor()
+            .clamp(0.0, parts - 1.0);
+        let [from, to] = [number, number + 1.0].map(|end| low + (high - low) * (end / parts));
+        format!("[{from}, {to}]")
+    };
+    let places: Vec<String> = x.iter().zip(intervals).map(part).collect();
+    places.join(" × ")
 }
 
 /// Neighbouring cells that are summed.

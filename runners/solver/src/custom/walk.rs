@@ -1,8 +1,9 @@
 //! Walks of an equation in its own scalar.
 
+use core::fmt;
 use std::borrow::Cow;
 
-use fredholm_core::galerkin::{Dense, Solution};
+use fredholm_core::galerkin::{Dense, Solution, degree_of};
 use fredholm_core::global::{AdjointImage, AdjointScores, Scores};
 use fredholm_core::{
     Chain, Equation, Goals, Job, LastStep, Lights, Located, NoDraws, NoNeighbour, Real, Sobol,
@@ -10,15 +11,16 @@ use fredholm_core::{
 };
 use fredholm_variance::gauss;
 
-use super::cells::{Nodes, Uniform};
-use super::degree::{Boxed, Degree, Kinds, Of, Use};
+use super::cells::{MOST_DIMENSIONS, Nodes, Uniform};
+use super::degree::{Boxed, Closed, Degree, Kinds, Of, Use};
 use super::lifted::Lifted;
 use super::scores::{CellScores, Polynomials};
 use super::whole::{AnyStarts, GlobalWalks};
 use super::{CustomEquation, PointFn};
+use crate::domain::Position;
 use crate::{Error, Goal, Region, Sequence, Subject};
 use fredholm_model::cost::PointwisePairs;
-use fredholm_model::resolvent::{self, ByDensity, RegularKind};
+use fredholm_model::resolvent::{self, ByDensity, Grid, RegularKind};
 use fredholm_model::{GlobalRequest, Prepared, Request, Then, WithGlobalJob, WithJob, only_points};
 
 /// An equation by the number of its cells.
@@ -29,16 +31,45 @@ pub(super) struct Equations<E: CustomEquation> {
     pub(super) build: Box<Build<E>>,
     pub(super) degrees: Vec<Box<dyn Degree<E>>>,
     pub(super) weights: Vec<(String, Box<PointFn<E::Point>>)>,
+    /// The weights of which the integrals are the means over parts of the space, with the names of these.
+    pub(super) parts: Vec<(String, Box<PointFn<E::Point>>)>,
+    /// Where a point lies, if that is known.
+    pub(super) positions: Option<Box<dyn Positions<E::Point>>>,
     pub(super) starts: Box<dyn AnyStarts<E>>,
     pub(super) lights: Option<Box<dyn AnyLights<E>>>,
 }
+
+/// Coordinates for people: "0.5" or "[0.5, 0.25]".
+pub(crate) struct Coordinates<'a, F>(pub(crate) &'a [F]);
+
+impl<F: fmt::Display> fmt::Display for Coordinates<'_, F> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let [one] = self.0 {
+            return one.fmt(f);
+        }
+        let texts: Vec<String> = self.0.iter().map(F::to_string).collect();
+        write!(f, "[{}]", texts.join(", "))
+    }
+}
+
+/// What knows where points lie.
+pub(crate) trait Positions<P>: Send + Sync {
+    /// The position of a point.
+    fn position(&self, x: &P) -> Position;
+
+    /// Takes note that a function of coordinates has a value that is no number, in words.
+    fn refuse(&self, what: String);
+}
+
+/// A weight that is asked for, as a function of the point.
+pub(super) type Weight<'a, P> = Box<dyn Fn(&P) -> f64 + Send + Sync + 'a>;
 
 /// Coefficients and Galerkin solution, which serve walks in every scalar.
 pub(super) struct Solved {
     /// Cells as they were asked for.
     pub(super) cells: usize,
     pub(super) degree: usize,
-    /// K', (n·B)² entries; none if it has a closed form.
+    /// The numbers that the degree keeps of K'.
     pub(super) entries: Vec<f64>,
     /// n and B.
     pub(super) shape: [usize; 2],
@@ -48,9 +79,28 @@ pub(super) struct Solved {
 }
 
 impl Solved {
-    pub(super) fn coefficients(&self) -> Option<Dense<'_, f64>> {
-        let [n, functions] = self.shape;
-        Dense::new(&self.entries, n, functions)
+    /// K', of this degree.
+    pub(super) fn matrix<'a, E: CustomEquation>(
+        &'a self,
+        degree: &dyn Degree<E>,
+        equation: &'a E,
+    ) -> Result<Closed<'a>, Error> {
+        matrix(degree, equation, (&self.entries, self.shape))
+    }
+}
+
+/// K' of a degree, from the numbers that it keeps.
+pub(super) fn matrix<'a, E: CustomEquation>(
+    degree: &dyn Degree<E>,
+    equation: &'a E,
+    (entries, [n, functions]): (&'a [f64], [usize; 2]),
+) -> Result<Closed<'a>, Error> {
+    match degree.matrix(equation, entries) {
+        Some(matrix) => matrix,
+        None => match Dense::new(entries, n, functions) {
+            Some(dense) => Ok(Box::new(dense)),
+            None => Err(Error::Internal("a table has a wrong size")),
+        },
     }
 }
 
@@ -115,7 +165,7 @@ pub(super) trait Walks: Send + Sync {
 /// same mean.
 pub(super) struct Weighted<'a, E: CustomEquation> {
     uniform: &'a Uniform<'a, E>,
-    weight: &'a PointFn<E::Point>,
+    weight: Weight<'a, E::Point>,
     /// The degree of v, and the means over cells of w times each function there.
     near: Option<(&'a dyn Degree<E>, Vec<f64>)>,
     /// (v, Φ) as far as these are the means.
@@ -247,6 +297,14 @@ pub(super) fn nodes_between<E: CustomEquation>(
 /// Gauss points between the ends of cells: exact for the degrees that there are.
 const ARC_POINTS: usize = 6;
 
+/// Whether a region is a weighted integral.
+pub(super) const fn is_weight(region: &Region) -> bool {
+    matches!(
+        region,
+        Region::Weight(_) | Region::Function(_) | Region::Part(_)
+    )
+}
+
 /// Walks whose last step leads to the light, of an equation that has lights. It is object safe.
 pub(super) trait AnyLights<E: CustomEquation>: Send + Sync {
     /// F_s(x).
@@ -357,9 +415,29 @@ impl<E: CustomEquation> Equations<E> {
         degree.ok_or(Error::Internal("the equation does not have this degree"))
     }
 
-    pub(super) fn weight_of(&self, number: usize) -> Result<&PointFn<E::Point>, Error> {
-        let weight = self.weights.get(number).map(|(_, weight)| &**weight);
-        weight.ok_or(Error::Internal("the equation does not have this weight"))
+    /// The weight of a region.
+    pub(super) fn weight_of<'a>(&'a self, region: &Region) -> Result<Weight<'a, E::Point>, Error> {
+        match (region, &self.positions) {
+            (Region::Weight(number), _) if *number < self.weights.len() => {
+                Ok(Box::new(&*self.weights[*number].1))
+            }
+            (Region::Part(number), _) if *number < self.parts.len() => {
+                Ok(Box::new(&*self.parts[*number].1))
+            }
+            (Region::Function(weight), Some(positions)) => {
+                let weight = weight.clone();
+                Ok(Box::new(move |x| {
+                    let at = positions.position(x);
+                    let x = &at.coordinates[..E::DIMENSION];
+                    let value = weight.value(x);
+                    if !value.is_finite() {
+                        positions.refuse(format!("`weight` is {value} at x = {}", Coordinates(x)));
+                    }
+                    at.volume * value
+                }))
+            }
+            _ => Err(Error::Internal("the equation does not have this weight")),
+        }
     }
 
     /// The weighted means that are asked for, in the order of their goals; `near` is the degree of v with v itself.
@@ -369,12 +447,10 @@ impl<E: CustomEquation> Equations<E> {
         goals: &[Goal],
         near: Option<(&'a dyn Degree<E>, &[E::Scalar])>,
     ) -> Result<Vec<Weighted<'a, E>>, Error> {
-        let numbers = goals.iter().filter_map(|goal| match goal.region {
-            Region::Weight(number) => Some(number),
-            _ => None,
-        });
-        let of = |number| {
-            let weight = self.weight_of(number)?;
+        let regions = goals.iter().map(|goal| &goal.region);
+        let regions = regions.filter(|region| is_weight(region));
+        let of = |region| {
+            let weight = self.weight_of(region)?;
             let mut weighted = Weighted {
                 uniform,
                 weight,
@@ -382,8 +458,9 @@ impl<E: CustomEquation> Equations<E> {
                 of_means: 0.0,
             };
             if let Some((degree, v)) = near {
-                let nodes = Nodes::new(uniform.equation(), 2)?;
-                let means = degree.means(uniform.equation(), &nodes, weight);
+                let points = degree_of(E::DIMENSION, degree.functions()) + 2;
+                let nodes = Nodes::new(uniform.equation(), points)?;
+                let means = degree.means(uniform.equation(), &nodes, &weighted.weight);
                 let functions = degree.functions();
                 let cells = means.chunks(functions).zip(v.chunks(functions));
                 let terms = cells.zip(nodes.measures()).map(|((means, v), measure)| {
@@ -395,7 +472,7 @@ impl<E: CustomEquation> Equations<E> {
             }
             Ok(weighted)
         };
-        numbers.map(of).collect()
+        regions.map(of).collect()
     }
 
     /// Hands on the neighbour equation of a solved system, and v as far as its degree is that of the matrix. With a last step they are
@@ -423,17 +500,17 @@ impl<E: CustomEquation> Equations<E> {
         }
         let mut solution = Cow::Borrowed(&solved.solution);
         if let Some(lights) = lights {
-            let middle = [0.5; super::cells::MOST_DIMENSIONS];
+            let middle = [0.5; MOST_DIMENSIONS];
             let v = &mut solution.to_mut().v;
             for (cell, own) in v.chunks_exact_mut(solved.shape[1].max(1)).enumerate() {
                 let x = equation.point(cell, &middle[..E::DIMENSION]);
                 own[0] -= lights.known(equation, &x);
             }
         }
-        let coefficients = solved.coefficients();
         let of = Of {
             equation,
-            coefficients: coefficients.as_ref(),
+            entries: &solved.entries,
+            shape: solved.shape,
             solution: &solution,
         };
         self.degree(solved.degree)?.with_neighbour(&of, kinds, then)
@@ -448,7 +525,7 @@ impl<E: CustomEquation> Equations<E> {
         request: &Request<'_>,
         then: &mut WithJob<'_>,
     ) -> Result<(), Error> {
-        let uniform = Uniform::new(equation);
+        let uniform = Uniform::new(equation, self.starts.uniform(equation));
         let weighted = self.weighted(&uniform, request.goals, near)?;
         let lights = self.lights.as_deref().filter(|_| request.walk.last_step);
         let mut weights = weighted.iter();
@@ -461,7 +538,7 @@ impl<E: CustomEquation> Equations<E> {
                     let x = place(equation, coordinates)?;
                     (Begin::Point(x), v(x))
                 }
-                Region::Weight(_) => {
+                region if is_weight(region) => {
                     let one = weights.next();
                     let one = one.ok_or(Error::Internal("a weight has no means"))?;
                     (Begin::Weight(one), one.of_means)
@@ -501,18 +578,16 @@ impl<E: CustomEquation> Equations<E> {
     }
 }
 
-impl<E: CustomEquation> RegularKind<ByDensity<E>> for Equations<E> {
-    fn functional<'s>(
+impl<E: CustomEquation> Equations<E> {
+    /// What a region asks of resolvent walks.
+    fn regular<'s>(
         &'s self,
-        equation: &ByDensity<E>,
+        equation: &E,
         region: &Region,
     ) -> Result<resolvent::Functional<'s, E::Point>, Error> {
         Ok(match region {
-            Region::Point(x) => resolvent::Functional::Point(place(&equation.0, x)?),
-            Region::Weight(number) => {
-                let weight = self.weight_of(*number)?;
-                resolvent::Functional::Weight(Box::new(weight))
-            }
+            Region::Point(x) => resolvent::Functional::Point(place(equation, x)?),
+            region if is_weight(region) => resolvent::Functional::Weight(self.weight_of(region)?),
             Region::Whole => resolvent::Functional::Mean,
             _ => {
                 return Err(Error::Region {
@@ -525,13 +600,23 @@ impl<E: CustomEquation> RegularKind<ByDensity<E>> for Equations<E> {
     }
 }
 
+impl<E: CustomEquation> RegularKind<Grid<ByDensity<E>>> for Equations<E> {
+    fn functional<'s>(
+        &'s self,
+        equation: &Grid<ByDensity<E>>,
+        region: &Region,
+    ) -> Result<resolvent::Functional<'s, E::Point>, Error> {
+        self.regular(&equation.equation().0, region)
+    }
+}
+
 /// (F_s, Φ) of a functional for walks with a last step to these lights. `None`: every start knows its part.
 pub(super) fn known_of<E: CustomEquation>(
     equation: &E,
     lights: Option<&dyn AnyLights<E>>,
     region: &Region,
 ) -> Result<Option<f64>, Error> {
-    if let Region::Weight(_) = region {
+    if is_weight(region) {
         return Ok(None);
     }
     let Some(lights) = lights else {
@@ -542,7 +627,7 @@ pub(super) fn known_of<E: CustomEquation>(
         Region::Point(coordinates) => known(place(equation, coordinates)?),
         Region::Arc(from, to) => mean_between(equation, [*from, *to], &known)?,
         _ => {
-            let middle = [0.5; super::cells::MOST_DIMENSIONS];
+            let middle = [0.5; MOST_DIMENSIONS];
             let (mut sum, mut measure) = (0.0, 0.0);
             for cell in 0..equation.cells() {
                 let own = equation.measure(cell);
@@ -659,7 +744,7 @@ impl<E: CustomEquation> Walks for Equations<E> {
 
     fn integrals(&self) -> Vec<bool> {
         let degrees = self.degrees.iter();
-        degrees.map(|degree| degree.has_integrals()).collect()
+        degrees.map(|degree| degree.pairs().pointwise).collect()
     }
 
     fn has_lights(&self) -> bool {

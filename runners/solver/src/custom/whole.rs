@@ -13,13 +13,15 @@ use fredholm_model::{
 use fredholm_rayon::fill_rows;
 
 use super::CustomEquation;
-use super::cells::{Nodes, Uniform};
+use super::cells::{DrawFn, MOST_DIMENSIONS, Nodes, Uniform};
 use super::degree::Boxed;
 use super::scores::{Integrals, MOST_DEGREE, Polynomials, parameters};
 use super::system::CustomSystem;
-use super::walk::{ScoredOn, Solved, nodes_between, place};
+use super::walk::{ScoredOn, Solved, is_weight, nodes_between, place};
 use crate::{Error, Region, Sequence};
 
+/// What rounding leaves of a density over its value, in single precision.
+const ROUNDING: f64 = 1e-5;
 /// The most Gauss points of a cell and axis, and the most values of the kernel for one point: more are not tried.
 const MOST_POINTS: usize = 12;
 const MOST_NODES: f64 = 4e6;
@@ -70,6 +72,12 @@ impl<E: CustomEquation> GlobalWalks<'_, E> {
 pub(super) trait AnyStarts<E: CustomEquation>: Send + Sync {
     /// Hands on these walks.
     fn start(&self, walks: &GlobalWalks<'_, E>, then: &mut WithGlobalJob<'_>) -> Result<(), Error>;
+
+    /// How the equation draws points that are uniform on the space, if it does.
+    fn uniform(&self, equation: &E) -> Option<DrawFn<E>> {
+        let _ = equation;
+        None
+    }
 }
 
 /// Starts that are uniform on the space, of a chain of which nothing else is known.
@@ -80,13 +88,27 @@ pub(super) struct OwnStarts;
 
 impl<E: CustomEquation> AnyStarts<E> for UniformStarts {
     fn start(&self, walks: &GlobalWalks<'_, E>, then: &mut WithGlobalJob<'_>) -> Result<(), Error> {
-        walks.hand_on(&Uniform::new(walks.equation), then)
+        walks.hand_on(&Uniform::new(walks.equation, None), then)
     }
 }
 
 impl<E: CustomEquation + Stationary> AnyStarts<E> for OwnStarts {
     fn start(&self, walks: &GlobalWalks<'_, E>, then: &mut WithGlobalJob<'_>) -> Result<(), Error> {
         walks.hand_on(walks.equation, then)
+    }
+
+    fn uniform(&self, equation: &E) -> Option<DrawFn<E>> {
+        let middle = [0.5; MOST_DIMENSIONS];
+        let cells = 0..equation.cells();
+        let measure: f64 = cells.clone().map(|cell| equation.measure(cell)).sum();
+        let is_even = |cell| {
+            let x = equation.point(cell, &middle[..E::DIMENSION]);
+            (equation.start_density(&x) * measure - 1.0).abs() < ROUNDING
+        };
+        cells
+            .clone()
+            .all(is_even)
+            .then_some(|equation, mut uniforms| Stationary::start(equation, &mut uniforms))
     }
 }
 
@@ -218,16 +240,20 @@ impl<'m, E: CustomEquation<Scalar = f64>> GlobalSystem<'m> for CustomWhole<'m, E
         rows: Vec<f64>,
     ) -> Result<Box<dyn GlobalField + 'm>, Error> {
         let polynomials = Polynomials::new(E::DIMENSION, request.degree);
+        let v = match &self.system.solved.lifted {
+            Some(lifted) => lifted.v.clone(),
+            None => v_of_walks(&self.system.solved.solution, self.system.cut.scalar)?,
+        };
+        let mut all = polynomials.embed(self.degree(), self.cells(), &v);
+        all.extend(&rows);
         Ok(Box::new(CustomField {
-            v: match &self.system.solved.lifted {
-                Some(lifted) => lifted.v.clone(),
-                None => v_of_walks(&self.system.solved.solution, self.system.cut.scalar)?,
-            },
+            v,
+            all,
             unknowns: self.cells() * polynomials.functions(),
             points: request.degree + 1,
+            least_points: request.degree + 1,
             system: Arc::clone(&self.system),
             polynomials,
-            rows,
         }))
     }
 }
@@ -238,9 +264,12 @@ struct CustomField<'m, E: CustomEquation> {
     v: Vec<f64>,
     polynomials: Polynomials,
     unknowns: usize,
-    rows: Vec<f64>,
+    /// The coefficients of v, if its functions are products of Legendre polynomials, and then all rows.
+    all: Vec<f64>,
     /// Gauss points of a cell and axis.
     points: usize,
+    /// The fewest that a mean over x begins with.
+    least_points: usize,
 }
 
 impl<E: CustomEquation<Scalar = f64>> CustomField<'_, E> {
@@ -281,6 +310,10 @@ impl<E: CustomEquation<Scalar = f64>> CustomField<'_, E> {
             .for_each(|(out, value)| *out = value);
     }
 
+    fn own_rows(&self) -> &[f64] {
+        self.all.get(self.unknowns..).unwrap_or(&[])
+    }
+
     /// Whether so many points of a cell and axis are too many.
     fn is_much(&self, points: usize) -> bool {
         let cells = self.unknowns / self.polynomials.functions();
@@ -316,7 +349,7 @@ impl<E: CustomEquation<Scalar = f64>> CustomField<'_, E> {
                 }
                 Region::Arc(from, to) => {
                     return refined_mean(out, &mut |rule, out| {
-                        let points = of_y + 2 * rule;
+                        let points = self.least_points + 2 * rule;
                         if points > MOST_POINTS {
                             return Ok(false);
                         }
@@ -328,14 +361,14 @@ impl<E: CustomEquation<Scalar = f64>> CustomField<'_, E> {
                         Ok(true)
                     });
                 }
-                Region::Weight(number) => (Some(equations.weight_of(*number)?), false),
+                region if is_weight(region) => (Some(equations.weight_of(region)?), false),
                 _ => (None, true),
             };
             let measure: f64 = (0..equation.cells()).map(|j| equation.measure(j)).sum();
             let whole = if is_mean { measure } else { 1.0 };
-            let at = |x: &E::Point| weight.map_or(1.0, |weight| weight(x)) / whole;
+            let at = |x: &E::Point| weight.as_ref().map_or(1.0, |weight| weight(x)) / whole;
             refined_mean(out, &mut |rule, out| {
-                let points = of_y + 2 * rule;
+                let points = self.least_points + 2 * rule;
                 let work =
                     nodes::<E>(equation.cells(), points) * nodes::<E>(equation.cells(), of_y);
                 if points > MOST_POINTS || work > MOST_WORK && rule > 1 {
@@ -356,12 +389,16 @@ impl<E: CustomEquation<Scalar = f64>> CustomField<'_, E> {
 
 impl<E: CustomEquation<Scalar = f64>> GlobalField for CustomField<'_, E> {
     fn rows(&self) -> usize {
-        self.rows.len() / self.unknowns.max(1)
+        self.own_rows().len() / self.unknowns.max(1)
+    }
+
+    fn coefficients(&self) -> Option<&[f64]> {
+        Some(&self.all)
     }
 
     fn images(&self, quantity: GlobalQuantity, regions: &[Region]) -> Result<Vec<f64>, Error> {
         only_u(quantity)?;
-        self.images_of(regions, &self.rows, self.points)
+        self.images_of(regions, self.own_rows(), self.points)
     }
 
     fn finer(
@@ -376,7 +413,7 @@ impl<E: CustomEquation<Scalar = f64>> GlobalField for CustomField<'_, E> {
             return Ok(None);
         }
         let region = core::slice::from_ref(region);
-        self.images_of(region, &self.rows, points).map(Some)
+        self.images_of(region, self.own_rows(), points).map(Some)
     }
 
     fn refine(&mut self, points: &[Region], error: f64) -> Result<f64, Error> {

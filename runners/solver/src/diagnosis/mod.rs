@@ -18,7 +18,8 @@ pub use target::{BoundsReport, GoalDiagnosis, PlaceReport, Shares};
 
 use crate::answer::{SolveObserver, Solved};
 use crate::{
-    Choices, Error, Goal, Model, Pairs, Settings, WalkOptions, memory::refuse_beyond_memory,
+    Choices, Error, Goal, Model, Pairs, Settings, Subject, WalkOptions,
+    memory::refuse_beyond_memory,
 };
 use fredholm_model::Request;
 use fredholm_model::numbers::short;
@@ -127,7 +128,14 @@ pub fn diagnose(
         {
             continue;
         }
-        let found = look(pairs, true)?;
+        let found = match look(pairs, true) {
+            Ok(found) => found,
+            Err(Error::Option {
+                subject: Subject::Pairs,
+                ..
+            }) => continue,
+            Err(error) => return Err(error),
+        };
         diagnosis.other_pairs.push(OtherPairs {
             pairs: choice.word,
             preconditioned: found.targets.iter().map(|t| t.preconditioned).collect(),

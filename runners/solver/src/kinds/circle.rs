@@ -7,10 +7,10 @@ use fredholm_circle::{Circle, Light, OwnedTables, Point, Residual};
 use fredholm_core::galerkin::{Cells as _, DiagonalRule, PairKind, Piecewise};
 use fredholm_core::{Located, Real, SourcePart, best_lights};
 
-use fredholm_model::resolvent::{ResolventAnswer, ResolventQuestion};
+use fredholm_model::resolvent::{ResolventFound, ResolventQuestion};
 use fredholm_model::{About, LastSteps};
 
-use crate::custom::{Closed, Degree, Kinds, Nodes, Of, Smooth, Use, squared_radius};
+use crate::custom::{Closed, Degree, DegreePairs, Kinds, Nodes, Of, Smooth, Use, squared_radius};
 use crate::{CustomModel, Discretisation, Error, Goal, Model, Pairs, Partitioned, Region};
 
 /// Time of the light of an arc in a last step, over that of a step.
@@ -36,7 +36,10 @@ type LitCircle<F> = Circle<OwnedTables<F>, Light<F>>;
 #[derive(Debug)]
 pub struct CircleModel(CustomModel<LitCircle<f64>>);
 
-compiled_here!(CircleModel);
+impl Model for CircleModel {
+    delegated!(inner);
+    delegated_checks!(inner);
+}
 
 /// The emission of a circle.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,6 +52,10 @@ pub enum Emission {
 }
 
 impl CircleModel {
+    const fn inner(&self) -> &CustomModel<LitCircle<f64>> {
+        &self.0
+    }
+
     /// A circle with `reflectance` on equal arcs of [0, 2π).
     #[must_use]
     pub fn new(reflectance: Vec<f64>, emission: Emission) -> Self {
@@ -66,6 +73,7 @@ impl CircleModel {
         let model = of_scalar::<f64>(reflectance.clone(), emission.clone())
             .with_f32(single)
             .named("circle")
+            .by_its_chain()
             .with_levels(levels)
             .with_coordinates(vec![[0.0, TAU]])
             .with_arcs()
@@ -118,14 +126,13 @@ where
         }
     };
     let closed = || reflectance.clone();
-    CustomModel::from_cells(build)
+    CustomModel::with_own_starts(move |cells| Ok(build(cells)?))
         .without_degrees()
         .with_degree(ClosedForms::<1>(closed()))
         .with_degree(ClosedForms::<2>(closed()))
         .with_degree(ClosedForms::<3>(closed()))
         .with_degree(ClosedForms::<4>(closed()))
         .with_degree(ClosedForms::<5>(closed()))
-        .with_starts()
 }
 
 /// Steps within a cell are left out.
@@ -183,19 +190,27 @@ macro_rules! closed_forms {
                 B
             }
 
-            fn has_integrals(&self) -> bool {
-                true
+            fn pairs(&self) -> DegreePairs {
+                DegreePairs {
+                    pointwise: true,
+                    paper: PAPER,
+                    default: Kinds::AllPointwise,
+                }
             }
 
-            fn paper(&self) -> DiagonalRule {
-                PAPER
+            fn stored(&self, _: usize) -> Option<usize> {
+                Some(0)
             }
 
-            fn is_closed(&self) -> bool {
-                true
+            fn entries(&self, _: &LitCircle<$scalar>, _: usize) -> Option<Result<Vec<f64>, Error>> {
+                Some(Ok(Vec::new()))
             }
 
-            fn matrix<'e>(&self, $circle: &'e LitCircle<$scalar>) -> Option<Closed<'e>> {
+            fn matrix<'e>(
+                &self,
+                $circle: &'e LitCircle<$scalar>,
+                _: &'e [f64],
+            ) -> Option<Result<Closed<'e>, Error>> {
                 $matrix
             }
 
@@ -249,5 +264,5 @@ macro_rules! closed_forms {
         }
     };
 }
-closed_forms!(f64, circle => Some(Box::new(circle.system::<B>())));
+closed_forms!(f64, circle => Some(Ok(Box::new(circle.system::<B>()))));
 closed_forms!(f32, _circle => None);

@@ -7,7 +7,7 @@ use fredholm_sphere::{Sphere, SphereError, point};
 
 pub use fredholm_sphere::Parameters;
 
-use fredholm_model::resolvent::{ResolventAnswer, ResolventQuestion};
+use fredholm_model::resolvent::{ResolventFound, ResolventQuestion};
 use fredholm_model::{About, LastSteps};
 
 use crate::{CustomModel, Discretisation, Error, Goal, Model, Pairs, Partitioned, Region};
@@ -31,9 +31,16 @@ const KERNEL: f64 = 10e-9;
 #[derive(Debug)]
 pub struct SphereModel(CustomModel<Sphere<f64>>);
 
-compiled_here!(SphereModel);
+impl Model for SphereModel {
+    delegated!(inner);
+    delegated_checks!(inner);
+}
 
 impl SphereModel {
+    const fn inner(&self) -> &CustomModel<Sphere<f64>> {
+        &self.0
+    }
+
     /// The sphere with these parameters.
     #[must_use]
     pub fn new(parameters: Parameters) -> Self {
@@ -41,6 +48,7 @@ impl SphereModel {
         let model = of_scalar::<f64>(parameters)
             .with_f32(of_scalar::<f32>(parameters))
             .named("sphere")
+            .by_its_chain()
             .with_levels(bands.map(|bands| 2 * bands * bands))
             .with_coordinates(vec![[0.0, PI], [0.0, 2.0 * PI]])
             .with_place(|angles| match *angles {
@@ -62,7 +70,7 @@ fn of_scalar<F: Real>(parameters: Parameters) -> CustomModel<Sphere<F>> {
             _ => Err(SphereError::Cells),
         }
     };
-    CustomModel::from_cells(build).with_starts()
+    CustomModel::with_own_starts(move |cells| Ok(build(cells)?))
 }
 
 /// Bands and sectors whose product is the number of cells: about twice as many sectors as bands.

@@ -1,11 +1,14 @@
 //! The report of resolvent walks.
 
+use core::fmt;
+
 use fredholm_core::{DEFAULT_GENERATOR, Estimate};
 use fredholm_model::numbers::{aligned, short, with_error};
-use fredholm_model::resolvent::{ResolventAnswer, ResolventEstimate};
+use fredholm_model::resolvent::{ResolventAnswer, ResolventEstimate, ResolventFigures};
 use serde::Serialize;
 
-use super::{Coordinates, EndingsReport, EstimateReport, GoalReport, Over, Report, word};
+use super::{Coordinates, EndingsReport, EstimateReport, GoalReport, Over, Report, Run};
+use crate::answer::Answer;
 use crate::{Choices, Goal, Method, Model, Region, Settings};
 
 /// What resolvent walks knew and found.
@@ -35,6 +38,33 @@ pub struct ResolventReport {
     pub steps: u64,
 }
 
+impl ResolventReport {
+    pub(crate) const fn new(answer: &ResolventAnswer) -> Self {
+        Self {
+            radius: answer.figures.radius,
+            condition: answer.figures.condition,
+            rounds: answer.rounds,
+            points: answer.points,
+            steps: answer.steps,
+        }
+    }
+}
+
+impl fmt::Display for ResolventReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{} points in {} round{}, {} steps beyond the first; radius {}, condition {}",
+            self.points,
+            self.rounds,
+            if self.rounds == 1 { "" } else { "s" },
+            self.steps,
+            short(self.radius),
+            short(self.condition),
+        )
+    }
+}
+
 impl Report {
     /// The report of resolvent walks.
     pub(crate) fn of_resolvent(
@@ -47,30 +77,28 @@ impl Report {
         let about = model.about();
         let own = goals.iter().zip(exact).zip(&answer.estimates);
         let reports = own.map(|((goal, &exact), estimate)| {
-            GoalReport::of_resolvent(model, goal, exact, estimate, answer.floor(estimate.value))
+            GoalReport::of_resolvent(
+                model,
+                goal,
+                exact,
+                estimate,
+                answer.figures.floor(estimate.value),
+            )
         });
         Self {
             method: Method::Resolvent.word(),
             problem: about.kind,
             dimension: about.dimension,
             cells: answer.cells,
-            unknowns: answer.unknowns,
+            unknowns: answer.figures.unknowns,
             degree: answer.degree,
-            lift: None,
-            pairs: "no",
-            absorption: None,
-            estimator: "",
-            form: "",
+            chain: None,
             scalar: settings.scalar.word(),
             generator: DEFAULT_GENERATOR,
-            sequence: None,
-            forced_steps: 0,
-            last_step: false,
-            adjoint: false,
             batch: 0,
             seed: settings.seed,
             part: None,
-            stop: word(answer.stop),
+            stop: answer.stop,
             reason: None,
             sweeps: 0,
             residual: 0.0,
@@ -84,15 +112,47 @@ impl Report {
             choice: None,
             choice_text: String::new(),
             energy: None,
-            resolvent: Some(ResolventReport {
-                radius: answer.radius,
-                condition: answer.condition,
-                rounds: answer.rounds,
-                points: answer.points,
-                steps: answer.steps,
-            }),
+            resolvent: Some(ResolventReport::new(answer)),
             whole: None,
         }
+    }
+
+    /// The report of resolvent walks whose batches are samples of their own.
+    pub(super) fn of_replicates(run: &Run<'_>, answer: &Answer, figures: ResolventFigures) -> Self {
+        let settings = run.settings;
+        let own = answer.outcome.statistics.iter().zip(&answer.galerkin);
+        let estimates = own.map(|(statistics, known)| {
+            let found = statistics.preconditioned();
+            ResolventEstimate {
+                value: found.estimate,
+                known: *known,
+                std_error: found.std_error.unwrap_or(f64::INFINITY),
+                freedom: f64::from(statistics.replicates().max(1)) - 1.0,
+                points: statistics.walks(),
+            }
+        });
+        let first = answer.outcome.statistics.first().copied();
+        let first = first.unwrap_or_default();
+        let found = ResolventAnswer {
+            estimates: estimates.collect(),
+            cells: run.cells.cells,
+            degree: settings.degree.unwrap_or(0),
+            figures,
+            points: first.walks(),
+            steps: first.states().saturating_sub(first.walks()),
+            rounds: first.replicates(),
+            stop: answer.outcome.stop,
+            setup_seconds: answer.setup_seconds,
+            walk_seconds: answer.walk_seconds,
+        };
+        let mut report = Self {
+            batch: settings.batch(),
+            reason: answer.gave_up.as_ref().map(ToString::to_string),
+            ..Self::of_resolvent(run.model, run.goals, run.exact, settings, &found)
+        };
+        let goals = report.goals.iter_mut().zip(&answer.outcome.statistics);
+        goals.for_each(|(goal, all)| goal.preconditioned.std_dev = all.preconditioned().std_dev);
+        report
     }
 
     /// The report of resolvent walks as a table for people.
@@ -125,7 +185,7 @@ impl Report {
         }
         format!(
             "{}{}, {} cells{}, resolvent walks, {}, seed {}\n\n{}\
-             {} points in {} round{}, {} steps beyond the first; radius {}, condition {}; set-up {} s, walks {} s\n",
+             {found}; set-up {} s, walks {} s\n",
             self.problem,
             self.dimension
                 .map_or(String::new(), |d| format!(" of dimension {d}")),
@@ -138,12 +198,6 @@ impl Report {
             self.scalar,
             self.seed,
             aligned(&rows),
-            found.points,
-            found.rounds,
-            if found.rounds == 1 { "" } else { "s" },
-            found.steps,
-            short(found.radius),
-            short(found.condition),
             short(self.setup_seconds),
             short(self.walk_seconds),
         )
@@ -165,13 +219,14 @@ impl GoalReport {
             std_dev: None,
             unit,
         };
+        // Walks may know u better than numbers do.
+        let bar = found.std_error.max(floor);
         let estimate = Estimate {
             estimate: found.value,
-            std_error: Some(found.std_error),
+            std_error: Some(bar).filter(|error| error.is_finite()),
             std_dev: None,
         };
         let error = exact.map(|exact| found.value - exact);
-        let bar = found.std_error.max(floor);
         Self {
             name: goal.name.clone(),
             channel: None,

@@ -1,7 +1,6 @@
 //! A report as a table for people, and remarks on its numbers.
 
-use super::{Coordinates, EnergyReport, EstimateReport, GoalReport, Report};
-use crate::chosen::{draws, ending};
+use super::{ChainReport, Coordinates, EnergyReport, EstimateReport, GoalReport, Report};
 use fredholm_model::numbers::{aligned, short, with_decimals, with_error};
 
 /// The standard errors by which a solution of the equation is off once in two million times.
@@ -45,8 +44,9 @@ impl Report {
         let cells = self
             .cells
             .saturating_pow(self.dimension.unwrap_or(1) as u32);
+        let chain = self.chain.as_ref();
         format!(
-            "{}{}, {} cell{}{}{}, {} pairs, {}{}, {}, seed {}",
+            "{}{}, {} cell{}{}{}, {}, {}, seed {}",
             self.problem,
             self.dimension
                 .map_or(String::new(), |d| format!(" of dimension {d}")),
@@ -57,16 +57,8 @@ impl Report {
             } else {
                 format!(" of degree {} ({} unknowns)", self.degree, self.unknowns)
             },
-            self.lift
-                .map_or(String::new(), |lift| format!(" lifted to {lift}")),
-            self.pairs,
-            ending(self.absorption, self.estimator),
-            draws(
-                self.sequence,
-                self.forced_steps,
-                self.last_step,
-                self.adjoint
-            ),
+            chain.map_or(String::new(), ChainReport::lifted),
+            chain.map_or(String::new(), ToString::to_string),
             self.scalar,
             self.seed,
         )

@@ -9,10 +9,9 @@ use super::csv::{CsvPlace, flux_columns, fluxes, of_columns, places, record, tex
 use super::text::with_unit;
 use super::{Coordinates, EndingsReport, EnergyReport, EstimateReport, GoalReport, Over, Report};
 use crate::choice::Chosen;
-use crate::chosen::{draws, ending};
 use crate::{
-    Error, GlobalCoefficients, GlobalEstimate, GlobalSummary, GlobalValue, Goal, Model, Region,
-    Settings,
+    Choices, Error, GlobalCoefficients, GlobalEstimate, GlobalSummary, GlobalValue, Goal, Method,
+    Model, Region, Settings,
 };
 
 /// The report of a global estimate: its summary, and its values at the regions that were asked for. The serialised names are
@@ -291,10 +290,10 @@ impl GlobalReport {
         let irradiances = self.targets.iter().map(|t| t.irradiance.as_ref());
         let arriving = irradiances.flatten().find_map(|h| h.unit);
         let mut head: Vec<String> = ["target", "at"].map(str::to_owned).to_vec();
-        let iterate = if self.mesh.is_empty() {
-            "F + T_K v"
-        } else {
-            "v"
+        let iterate = match (&self.summary.resolvent, self.mesh.is_empty()) {
+            (Some(_), _) => "without walks",
+            (_, true) => "F + T_K v",
+            _ => "v",
         };
         head.extend(["exact", iterate, "global estimate", "band ±"].map(own));
         if has_errors {
@@ -316,8 +315,9 @@ impl GlobalReport {
         let summary = &self.summary;
         let mut about = vec![summary.to_string()];
         if let (Some(factor), Some(error)) = (summary.band_factor, summary.largest_std_error) {
-            let [place, among] = match self.mesh.len() {
-                0 => ["at all points", "among some 256 points"],
+            let [place, among] = match (self.mesh.len(), summary.is_of_targets) {
+                (0, true) => ["at all of these points", "of these"],
+                (0, _) => ["at all points", "among some 256 points"],
                 _ => ["on all cells", "of a cell"],
             };
             about.push(format!(
@@ -334,15 +334,23 @@ impl GlobalReport {
             short(summary.band_seconds),
             short(self.value_seconds)
         ));
+        let how = match &summary.chain {
+            None => format!(
+                "{} cells of degree {} ({} unknowns), resolvent walks",
+                summary
+                    .cells
+                    .saturating_pow(summary.dimension.unwrap_or(1) as u32),
+                summary.degree,
+                summary.unknowns
+            ),
+            Some(chain) => chain.to_string(),
+        };
         format!(
-            "{}, {} pairs, {}{}, {}, seed {}\n\n{}{}\n{}\n",
+            "{}, {how}, {}, seed {}\n\n{}{}\n{}\n",
             match summary.dimension {
                 Some(d) => format!("{} of dimension {d}", summary.problem),
                 None => summary.problem.to_owned(),
             },
-            summary.pairs,
-            ending(summary.absorption, summary.estimator),
-            draws(summary.sequence, summary.forced_steps, false, false),
             summary.scalar,
             summary.seed,
             aligned(&rows),
@@ -393,7 +401,17 @@ impl GlobalEstimate<'_> {
     pub fn report(&self, goals: &[Goal]) -> Result<GlobalReport, Error> {
         let start = std::time::Instant::now();
         let regions: Vec<Region> = goals.iter().map(|goal| goal.region.clone()).collect();
-        let values = self.values(&regions)?;
+        let mut report = self.report_of(goals, self.values(&regions)?)?;
+        report.value_seconds = start.elapsed().as_secs_f64();
+        Ok(report)
+    }
+
+    /// The report of these values.
+    pub(crate) fn report_of(
+        &self,
+        goals: &[Goal],
+        values: Vec<GlobalValue>,
+    ) -> Result<GlobalReport, Error> {
         let model = self.model();
         let all = goals.iter().zip(values);
         let targets = all.map(|(goal, value)| {
@@ -408,7 +426,7 @@ impl GlobalEstimate<'_> {
             unit: model.unit(),
             targets,
             energy: self.energy()?,
-            value_seconds: start.elapsed().as_secs_f64(),
+            value_seconds: 0.0,
             mesh,
             means: Vec::new(),
             coefficients: None,
@@ -477,33 +495,26 @@ pub(super) fn summary<S: serde::Serializer>(
 impl Report {
     /// The report of a global estimate in the form of that of separate walks: all goals have the same walks.
     pub(crate) fn of_whole(
-        function: &GlobalEstimate<'_>,
+        (function, mut whole): (&GlobalEstimate<'_>, GlobalReport),
         goals: &[Goal],
         settings: &Settings,
         (chosen, means): (Option<&Chosen<'_>>, &[Vec<usize>]),
     ) -> Result<Self, Error> {
-        let mut whole = function.report(goals)?;
         whole.add_means(function, goals, means)?;
         let summary = &whole.summary;
         let goals = whole.targets.iter();
         Ok(Self {
-            method: "global",
+            method: summary
+                .resolvent
+                .map_or("global", |_| Method::Resolvent.word()),
             problem: summary.problem,
             dimension: summary.dimension,
             cells: summary.cells,
             unknowns: summary.unknowns,
             degree: summary.degree,
-            lift: summary.lift,
-            pairs: summary.pairs,
-            absorption: summary.absorption,
-            estimator: summary.estimator,
-            form: summary.form,
+            chain: summary.chain,
             scalar: summary.scalar,
             generator: summary.generator,
-            sequence: summary.sequence,
-            forced_steps: summary.forced_steps,
-            last_step: false,
-            adjoint: false,
             shared: 1,
             batch: settings.walk_options().batch,
             seed: summary.seed,
@@ -523,7 +534,7 @@ impl Report {
                 chosen.report.text(&chosen.settings, &chosen.cells.text)
             }),
             energy: whole.energy.clone(),
-            resolvent: None,
+            resolvent: whole.summary.resolvent,
             whole: Some(Box::new(whole)),
         })
     }

@@ -7,16 +7,17 @@ use crate::{Error, Sequence, Subject};
 
 impl Solver<'_> {
     /// Sets the degree of a lift: walks follow v', the projection of F + T_K v on polynomials of this degree, with h = k and
-    /// G = v' − T_K v' exactly. A matrix of a low degree gives a control of a high one. For circles and cubes.
+    /// G = v' − T_K v' exactly. A matrix of a low degree gives a control of a high one. For circles, and equations of one's own that are smooth on cells.
     ///
     /// ```
-    /// use fredholm::{CubeModel, Method, Solver};
+    /// use fredholm::circle::{Emission, Harmonic};
+    /// use fredholm::{CircleModel, Solver};
     ///
-    /// let u = CubeModel::from_fn::<1>(|x, y| 0.5 * (-(x[0] - y[0]).powi(2)).exp(), |x| x[0]);
-    /// let solver = Solver::new(&u).method(Method::Walks).mean().cells(10).walks(5000);
-    /// let [before, after] = [solver.clone().solve()?, solver.lift(4).solve()?]
-    ///     .map(|report| report.goals[0].preconditioned.std_error.unwrap());
-    /// assert!(after < 1e-2 * before);
+    /// let wave = Harmonic { constant: 5.0, amplitude: 1.0, frequency: 5 };
+    /// let u = CircleModel::new(vec![0.5], Emission::Harmonic(wave));
+    /// let solver = Solver::new(&u).mean().cells(32).walks(5000);
+    /// let (before, after) = (solver.clone().solve()?, solver.lift(4).solve()?);
+    /// assert!(after[0].std_error() < 0.1 * before[0].std_error());
     /// # Ok::<(), fredholm::SolveError>(())
     /// ```
     pub fn lift(mut self, degree: usize) -> Self {
@@ -96,7 +97,7 @@ impl Solver<'_> {
     pub(crate) fn check(&self) -> Result<(), Error> {
         self.settings.check()?;
         let (cut, walk) = (self.settings.discretisation(), self.settings.walk_options());
-        if walk.sequence != Sequence::Random && !self.model.has_sequences() {
+        if walk.sequence != Sequence::Random && !self.model.about().has_sequences {
             return Err(Error::Option {
                 subject: Subject::Sequence,
                 message: "Sobol' points are for circles and cubes: elsewhere walks draw pseudo-random numbers"
@@ -105,13 +106,14 @@ impl Solver<'_> {
         }
         self.check_last_step()?;
         // What is the highest may ask for values of the kernel.
-        let too_high = |lift: &usize| *lift > self.model.most_lift();
+        let too_high = |lift: &usize| *lift > self.model.about().most_lift;
         if let Some(lift) = self.settings.lift.filter(too_high) {
-            let most = self.model.most_lift();
+            let most = self.model.about().most_lift;
             return Err(Error::Option {
                 subject: Subject::Lift,
                 message: match most {
-                    0 => "a lift is for circles, and cubes whose kernel is not singular: leave `lift` out".to_owned(),
+                    0 => "a lift is for circles and equations of one's own: leave `lift` out"
+                        .to_owned(),
                     most => format!("a lift to degree {lift}: {most} is the highest here"),
                 },
             });

@@ -1,6 +1,8 @@
 //! The global estimate of a solver's equation.
 
 use super::{SolveError, Solver};
+use fredholm_model::WholeValues;
+
 use crate::point::Point;
 use crate::whole::{GlobalEstimate, GlobalValue, Looks, Until, Whole};
 use crate::{Error, Goal, Region};
@@ -58,29 +60,35 @@ impl<'m> Solver<'m> {
     /// # Errors
     /// [`SolveError`].
     pub fn whole(&self) -> Result<GlobalEstimate<'m>, SolveError> {
-        self.check()?;
-        self.check_direction()?;
-        self.check_whole()?;
-        let whole = Whole {
-            model: self.model,
-            settings: &self.settings,
-            watch: self.watch,
-            systems: self.systems,
+        let run = || -> Result<GlobalEstimate<'m>, SolveError> {
+            self.check()?;
+            self.check_direction()?;
+            self.check_whole()?;
+            if let Some(estimate) = self.whole_by_resolvent()? {
+                return Ok(estimate);
+            }
+            let whole = Whole {
+                model: self.model,
+                settings: &self.settings,
+                watch: self.watch,
+                systems: self.systems,
+            };
+            let ready = whole.ready()?;
+            let until = Until {
+                looks: Looks::of_points(self.model),
+                walks: self.settings.walk_options().walks,
+                price: f64::INFINITY,
+            };
+            let walked = whole.walk(&ready, &until)?;
+            whole.finished(ready, walked)
         };
-        let ready = whole.ready()?;
-        let until = Until {
-            looks: Looks::of_points(self.model),
-            walks: self.settings.walk_options().walks,
-            price: f64::INFINITY,
-        };
-        let walked = whole.walk(&ready, &until)?;
-        whole.finished(ready, walked)
+        self.explained(run())
     }
 
     /// Refuses points that are asked for, where the global estimate has none.
     fn check_whole(&self) -> Result<(), Error> {
-        let has_whole = self.model.has_whole();
-        if !has_whole || self.model.whole_has_points() || self.asked.is_empty() {
+        let is_of_cells = self.model.about().whole == WholeValues::Means;
+        if !is_of_cells || self.asked.is_empty() {
             return Ok(());
         }
         let goals = fredholm_model::goals(self.model, &self.targets()?)?;
@@ -119,22 +127,25 @@ impl<'m> Solver<'m> {
         &self,
         points: &[P],
     ) -> Result<Vec<GlobalValue>, SolveError> {
-        self.check()?;
-        let points = points.iter().cloned().map(Into::into);
-        let points = points.map(|Point(at)| self.model.point(&at));
-        let goals = points.map(|region| Goal::new("u", region));
-        let goals: Vec<Goal> = goals.collect();
-        self.model.check_goals(&goals)?;
-        if goals.is_empty() {
-            return Ok(Vec::new());
-        }
-        let regions: Vec<Region> = goals.into_iter().map(|goal| goal.region).collect();
-        let whole = Whole {
-            model: self.model,
-            settings: &self.settings,
-            watch: self.watch,
-            systems: self.systems,
+        let run = || -> Result<Vec<GlobalValue>, SolveError> {
+            self.check()?;
+            let points = points.iter().cloned().map(Into::into);
+            let points = points.map(|Point(at)| self.model.point(&at));
+            let goals = points.map(|region| Goal::new("u", region));
+            let goals: Vec<Goal> = goals.collect();
+            self.model.check_goals(&goals)?;
+            if goals.is_empty() {
+                return Ok(Vec::new());
+            }
+            let regions: Vec<Region> = goals.into_iter().map(|goal| goal.region).collect();
+            let whole = Whole {
+                model: self.model,
+                settings: &self.settings,
+                watch: self.watch,
+                systems: self.systems,
+            };
+            Ok(whole.values_at(&regions)?)
         };
-        Ok(whole.values_at(&regions)?)
+        self.explained(run())
     }
 }

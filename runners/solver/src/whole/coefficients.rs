@@ -5,18 +5,17 @@ use serde::Serialize;
 
 use super::GlobalEstimate;
 
-/// The coefficients of v and ê of a global estimate ũ = F + T_K (v + ê) on equal cells, of cubes: for those who
-/// evaluate it elsewhere. The serialised names are stable; fields may be added.
+/// The coefficients of v and ê of a global estimate ũ = F + T_K (v + ê): for those who evaluate it elsewhere. The serialised names are stable; fields may be added.
 ///
 /// With t from −1 to 1 along every axis of a cell, its functions are products of √(2b + 1) P_b(t) of total degree `degree` or
-/// less, P_b the Legendre polynomials, the degree along the last axis running fastest. Cells, too, follow each other along the
-/// last axis first.
+/// less, P_b the Legendre polynomials, the degree along the last axis running fastest. Those of a cube are equal and follow each other along
+/// the last axis first.
 ///
 /// ```
-/// use fredholm::{CubeModel, Solver};
+/// use fredholm::{CubeModel, Method, Solver};
 ///
 /// let u = CubeModel::from_fn::<1>(|_, _| 0.5, |_| 1.0);
-/// let whole = Solver::new(&u).cells(4).walks(5000).whole()?;
+/// let whole = Solver::new(&u).method(Method::Walks).cells(4).walks(5000).whole()?;
 /// let all = whole.coefficients().unwrap();
 /// assert_eq!((all.degree, all.v.len(), all.e.len()), (2, 4 * 3, 4 * 3));
 /// // u = 2 = 1 + ∫ ½ (v + ê): only the means of cells count.
@@ -38,7 +37,7 @@ pub struct GlobalCoefficients {
 }
 
 impl GlobalEstimate<'_> {
-    /// The coefficients of v and ê. `None`: the problem is neither a circle nor a cube.
+    /// The coefficients of v and ê. `None`: the problem is a room or a scene.
     #[must_use]
     pub fn coefficients(&self) -> Option<GlobalCoefficients> {
         let (rows, replicates) = (self.field.coefficients()?, self.summary.replicates);

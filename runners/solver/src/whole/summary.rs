@@ -5,13 +5,21 @@ use core::fmt::{self, Display};
 use fredholm_model::numbers::short;
 use serde::Serialize;
 
+use fredholm_core::{DEFAULT_GENERATOR, StopReason};
+use fredholm_model::resolvent::{FoundField, ResolventAnswer};
+use fredholm_model::{GLOBAL_REPLICATES, IMAGE_HEAD};
+
+use super::GlobalEstimate;
+use crate::report::{ChainReport, ResolventReport};
+use crate::{Choices, Model, Settings};
+
 /// What a global estimate is made of, and how good it is. The serialised names are stable; fields may be added.
 ///
 /// ```
-/// use fredholm::{CubeModel, Solver};
+/// use fredholm::{CubeModel, Method, Solver};
 ///
 /// let u = CubeModel::from_fn::<1>(|x, y| 0.5 * x[0] * y[0], |x| x[0]);
-/// let whole = Solver::new(&u).cells(4).walks(5000).whole()?;
+/// let whole = Solver::new(&u).method(Method::Walks).cells(4).walks(5000).whole()?;
 /// assert_eq!((whole.summary().degree, whole.summary().score_degree), (0, 2));
 /// assert!(whole.summary().walks >= 5000);
 /// # Ok::<(), fredholm::SolveError>(())
@@ -23,39 +31,32 @@ pub struct GlobalSummary {
     /// The dimension d of a cube.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dimension: Option<usize>,
+    /// What resolvent walks knew and found, if the estimate is theirs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub resolvent: Option<ResolventReport>,
+    /// Whether the band and the largest standard error are those of the targets, and not of points all over the space.
+    #[serde(skip)]
+    pub is_of_targets: bool,
     /// The number of cells as the settings count them: of a cube, per axis.
     pub cells: usize,
     /// The number of unknowns of v.
     pub unknowns: usize,
     /// The degree of v.
     pub degree: usize,
-    /// The degree of the lift, if there is one.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub lift: Option<usize>,
+    /// How walks of a chain were made, if the estimate is theirs.
+    #[serde(flatten)]
+    pub chain: Option<ChainReport>,
     /// The degree of the polynomials on whose coefficients walks score.
     pub score_degree: usize,
-    /// The name of the choice of pairs.
-    pub pairs: &'static str,
-    /// The absorption probability q0.
-    pub absorption: Option<f64>,
-    /// The name of the estimator.
-    pub estimator: &'static str,
-    /// The name of the form of the control variate.
-    pub form: &'static str,
     /// The name of the walks' floating-point type.
     pub scalar: &'static str,
     /// The name of the random number generator.
     pub generator: &'static str,
-    /// The name of the sequence that walks draw from, if they draw no pseudo-random numbers.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub sequence: Option<&'static str>,
-    /// The number of first states in which walks are not absorbed.
-    #[serde(skip_serializing_if = "crate::report::is_zero")]
-    pub forced_steps: u32,
     /// The seed of the walks.
     pub seed: u64,
-    /// The reason why the walks ended: "done", "error_not_reached", "time_limit" or "cancelled".
-    pub stop: &'static str,
+    /// Why the walks ended: in JSON "done", "error_not_reached", "time_limit" or "cancelled".
+    #[serde(serialize_with = "crate::report::word_of")]
+    pub stop: StopReason,
     /// The number of replicates.
     pub replicates: usize,
     /// The number of walks of all replicates together.
@@ -89,6 +90,50 @@ pub struct GlobalSummary {
 }
 
 impl GlobalSummary {
+    /// What is known of a function that resolvent walks have found, but for its band.
+    pub(super) fn of_resolvent(
+        (model, settings): (&dyn Model, &Settings),
+        found: &FoundField<'_>,
+        answer: &ResolventAnswer,
+    ) -> Self {
+        let about = model.about();
+        let images = found.images.chunks_exact(IMAGE_HEAD + found.field.rows());
+        let heads = images.filter_map(|image| image.first_chunk::<IMAGE_HEAD>());
+        let [mut largest, mut moved] = [0.0_f64; 2];
+        for [known, own] in heads {
+            (largest, moved) = (largest.max(known.abs()), moved.max(*own));
+        }
+        Self {
+            problem: about.kind,
+            dimension: about.dimension,
+            resolvent: Some(ResolventReport::new(answer)),
+            is_of_targets: false,
+            cells: answer.cells,
+            unknowns: answer.figures.unknowns,
+            degree: answer.degree,
+            chain: None,
+            score_degree: found.score_degree,
+            scalar: settings.scalar.word(),
+            generator: DEFAULT_GENERATOR,
+            seed: settings.seed,
+            stop: answer.stop,
+            replicates: GLOBAL_REPLICATES,
+            walks: answer.points,
+            states: answer.points + answer.steps,
+            left: 0,
+            step_limit: 0,
+            largest_std_error: Some(0.0),
+            band_factor: None,
+            band_level: GlobalEstimate::BAND_LEVEL,
+            truncation: 0.0,
+            quadrature_error: Some(moved),
+            rounding_floor: answer.figures.floor(largest),
+            setup_seconds: answer.setup_seconds,
+            walk_seconds: answer.walk_seconds,
+            band_seconds: found.seconds,
+        }
+    }
+
     /// What a reader must know besides the numbers: of biases that are not small beside the error bars.
     #[must_use]
     pub fn remarks(&self) -> Vec<String> {
@@ -106,7 +151,7 @@ impl GlobalSummary {
             ));
         }
         match self.quadrature_error {
-            Some(moved) if moved > 0.1 * error => remarks.push(format!(
+            Some(moved) if moved > (0.1 * error).max(self.rounding_floor) => remarks.push(format!(
                 "with a higher order of quadrature F + T_K v still moves by {}, beside a largest standard error of {}: the \
                  band does not see that; use more cells",
                 short(moved),
@@ -117,7 +162,8 @@ impl GlobalSummary {
             ),
             Some(_) => {}
         }
-        if self.rounding_floor > error {
+        // Of resolvent walks the condition number says it.
+        if self.rounding_floor > error && self.resolvent.is_none() {
             remarks.push(format!(
                 "rounding leaves an error of about {}, which more walks do not lower",
                 short(self.rounding_floor)
@@ -135,6 +181,9 @@ impl GlobalSummary {
 
 impl Display for GlobalSummary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(found) = &self.resolvent {
+            return write!(f, "{found}; scores of degree {}", self.score_degree);
+        }
         write!(
             f,
             "{} walks, {} states in {} replicates; v of degree {}{} on {} cells, scores of degree {}",
@@ -142,8 +191,7 @@ impl Display for GlobalSummary {
             self.states,
             self.replicates,
             self.degree,
-            self.lift
-                .map_or(String::new(), |lift| format!(" lifted to {lift}")),
+            self.chain.map_or(String::new(), |chain| chain.lifted()),
             self.cells,
             self.score_degree
         )

@@ -5,7 +5,9 @@ use std::time::Instant;
 use fredholm_core::global::{GlobalJob, ReplicateCounts, Replicated, band_factor, over_replicates};
 use fredholm_core::{Absorption, DEFAULT_GENERATOR, Estimator, Real, Tolerance, rounding_floor};
 use fredholm_model::memory::refuse_beyond_memory;
-use fredholm_model::{GlobalField, GlobalQuantity, GlobalRequest, GlobalSystem, IMAGE_HEAD};
+use fredholm_model::{
+    GlobalField, GlobalQuantity, GlobalRequest, GlobalSystem, IMAGE_HEAD, WholeValues,
+};
 use fredholm_rayon::Replicates;
 
 use super::looks::{Look, Looks, MOVED, highest_parts};
@@ -14,11 +16,13 @@ use super::{
     split,
 };
 use crate::answer::SolveObserver;
+use crate::report::ChainReport;
 use crate::systems::Systems;
 use crate::{
-    Choices, Error, Model, Pairs, Partitioned, Region, Scalar, Sequence, Settings, SolveError,
-    Subject, WalkOptions,
+    Choices, Error, Model, Partitioned, Region, Scalar, Sequence, Settings, SolveError, Subject,
+    WalkOptions,
 };
+use fredholm_core::StopReason;
 
 /// The fewest walks of a replicate.
 const LEAST_WALKS: u64 = 16;
@@ -68,16 +72,14 @@ pub(crate) struct Until {
     pub(crate) price: f64,
 }
 
-/// The walks so far, and why they ended.
+/// The walks so far.
 pub(crate) struct Walked {
     replicates: Replicates,
     coefficients: Vec<f64>,
-    pub(crate) stop: &'static str,
+    /// Why they ended. `None`: they were given up for another method.
+    pub(crate) stop: Option<StopReason>,
     seconds: f64,
 }
-
-/// The reason of walks that were given up for another method.
-pub(crate) const GIVEN_UP: &str = "given_up";
 
 impl Walked {
     /// The walks of all replicates.
@@ -99,7 +101,7 @@ impl<'m> Whole<'_, 'm> {
     pub(crate) fn ready(&self) -> Result<Ready<'m>, Error> {
         let start = Instant::now();
         fredholm_model::channels::refuse_whole(self.model)?;
-        if !self.model.has_whole() {
+        if self.model.about().whole == WholeValues::None {
             return Err(Error::Option {
                 subject: Subject::Problem,
                 message: "the global estimate from one set of walks is offered for circles, spheres, rooms, scenes, cubes whose \
@@ -152,9 +154,10 @@ impl<'m> Whole<'_, 'm> {
 
     fn score_degree(&self, system: &dyn GlobalSystem<'_>) -> Result<usize, Error> {
         let (own, most) = (system.degree(), system.most_degree());
+        let has_points = self.model.about().whole == WholeValues::Points;
         match self.settings.score_degree {
-            None | Some(0) if !self.model.whole_has_points() => Ok(0),
-            Some(degree) if !self.model.whole_has_points() => Err(Error::Option {
+            None | Some(0) if !has_points => Ok(0),
+            Some(degree) if !has_points => Err(Error::Option {
                 subject: Subject::Degree,
                 message: format!(
                     "scores of degree {degree}: here walks score on means over cells, of degree 0"
@@ -302,7 +305,7 @@ impl<'m> Whole<'_, 'm> {
         job: &dyn GlobalJob,
         replicates: &mut Replicates,
         start: Instant,
-    ) -> Result<&'static str, Error> {
+    ) -> Result<Option<StopReason>, Error> {
         let most = until.walks.div_ceil(REPLICATES as u64).max(LEAST_WALKS);
         let mut done = 0;
         let mut goal = match walk.tolerance {
@@ -316,15 +319,15 @@ impl<'m> Whole<'_, 'm> {
                 replicates.run(job, round, self.watch)?;
                 done += round;
                 if self.watch.cancelled() {
-                    return Ok("cancelled");
+                    return Ok(Some(StopReason::Cancelled));
                 }
                 let limit = walk.time_limit;
                 if limit.is_some_and(|limit| start.elapsed() >= limit) && done < most {
-                    return Ok("time_limit");
+                    return Ok(Some(StopReason::TimeLimit));
                 }
             }
             let Some(tolerance) = walk.tolerance else {
-                return Ok("done");
+                return Ok(Some(StopReason::Done));
             };
             let measure = |cell| ready.system.measure(cell);
             let field = ready.field(replicates.coefficients(job, &measure))?;
@@ -340,13 +343,13 @@ impl<'m> Whole<'_, 'm> {
                 };
             let left = REPLICATES as f64 * (needed - done as f64);
             if until.price.is_finite() && (is_biased || error > 1.0 && left > until.price) {
-                return Ok(GIVEN_UP);
+                return Ok(None);
             }
             if error <= 1.0 && replicates.counts().scored > 0 {
-                return Ok("done");
+                return Ok(Some(StopReason::Done));
             }
             if done >= most {
-                return Ok("error_not_reached");
+                return Ok(Some(StopReason::ToleranceNotReached));
             }
             goal = (needed.ceil().min(64.0 * done as f64) as u64)
                 .max((MORE * done as f64).ceil() as u64)
@@ -375,25 +378,20 @@ impl<'m> Whole<'_, 'm> {
             summary: GlobalSummary {
                 problem: about.kind,
                 dimension: about.dimension,
+                resolvent: None,
+                is_of_targets: false,
                 cells: ready.cells,
                 unknowns: ready.unknowns,
                 degree: self.settings.discretisation().degree,
-                lift: self.settings.lifted(),
+                chain: Some(ChainReport {
+                    last_step: false,
+                    ..ChainReport::new(walk, self.settings.lifted())
+                }),
                 score_degree: ready.degree,
-                pairs: self
-                    .settings
-                    .lifted()
-                    .map_or(walk.pairs, |_| Pairs::Pointwise)
-                    .word(),
-                absorption: walk.absorption.probability(),
-                estimator: walk.absorption.estimator().word(),
-                form: walk.form.word(),
                 scalar: self.settings.scalar.word(),
                 generator: DEFAULT_GENERATOR,
-                sequence: walk.sequence_word(),
-                forced_steps: walk.forced_steps,
                 seed: walk.seed,
-                stop: walked.stop,
+                stop: walked.stop.unwrap_or(StopReason::ToleranceNotReached),
                 replicates: REPLICATES,
                 walks: counts.walks,
                 states: counts.states,
@@ -423,12 +421,27 @@ impl<'m> Whole<'_, 'm> {
     /// The error bars at the probes, the band, and what no band sees.
     fn finish(&self, whole: &mut GlobalEstimate<'m>) -> Result<(), Error> {
         let probes = self.model.spread(PROBES);
-        let images = if self.model.whole_has_points() {
+        let images = if self.model.about().whole == WholeValues::Points {
             whole.field.images(GlobalQuantity::U, &probes)?
         } else {
             whole.field.mesh_images()
         };
-        let width = IMAGE_HEAD + whole.field.rows();
+        let median = whole.summary.look_at(&images, whole.field.rows());
+        if whole.summary.band_factor.is_none() {
+            return Ok(());
+        }
+        let some = probes.len().div_ceil(QUADRATURE_PROBES).max(1);
+        let some: Vec<Region> = probes.into_iter().step_by(some).collect();
+        let moved = whole.field.refine(&some, QUADRATURE_SHARE * median)?;
+        whole.summary.quadrature_error = Some(moved).filter(|moved| moved.is_finite());
+        Ok(())
+    }
+}
+
+impl GlobalSummary {
+    /// Takes what images with so many rows say of error bars, the band, and what no band sees. Returns the median of the error bars.
+    pub(super) fn look_at(&mut self, images: &[f64], rows: usize) -> f64 {
+        let width = IMAGE_HEAD + rows;
         let mut values = Vec::with_capacity(images.len());
         let mut errors = Vec::with_capacity(images.len() / width);
         let step = (images.len() / width).div_ceil(CELLS).max(1);
@@ -439,23 +452,18 @@ impl<'m> Whole<'_, 'm> {
         }
         let all = images.chunks_exact(width).step_by(step);
         let truncation = highest_parts(all).into_iter();
-        whole.summary.truncation = truncation.fold(0.0, |most: f64, part| most.max(part));
-        if whole.summary.largest_std_error.is_none() {
-            return Ok(());
+        self.truncation = truncation.fold(0.0, |most: f64, part| most.max(part));
+        if self.largest_std_error.is_none() {
+            return 0.0;
         }
         let largest = errors.iter().fold(0.0, |m: f64, error| m.max(*error));
-        whole.summary.largest_std_error = Some(largest);
+        self.largest_std_error = Some(largest);
         let mut resamples = vec![0.0; RESAMPLES];
-        let seed = self.settings.seed;
-        let factor = band_factor(&mut values, REPLICATES, BAND_LEVEL, seed, &mut resamples);
-        whole.summary.band_factor = Some(factor);
+        let level = BAND_LEVEL;
+        let factor = band_factor(&mut values, REPLICATES, level, self.seed, &mut resamples);
+        self.band_factor = Some(factor);
         errors.sort_unstable_by(f64::total_cmp);
-        let median = errors.get(errors.len() / 2).copied().unwrap_or(0.0);
-        let some = probes.len().div_ceil(QUADRATURE_PROBES).max(1);
-        let some: Vec<Region> = probes.into_iter().step_by(some).collect();
-        let moved = whole.field.refine(&some, QUADRATURE_SHARE * median)?;
-        whole.summary.quadrature_error = Some(moved).filter(|moved| moved.is_finite());
-        Ok(())
+        errors.get(errors.len() / 2).copied().unwrap_or(0.0)
     }
 }
 

@@ -159,6 +159,7 @@ fn every_degree_is_that_of_the_cube() {
 #[test]
 fn the_choice_takes_a_high_degree_for_a_small_error() {
     let custom = CustomModel::from_cells(Laplace::new)
+        .by_its_chain()
         .with_functions::<2>()
         .with_functions::<3>();
     let report = Solver::new(&custom).mean().at(0.3).solve_to(1e-8).unwrap();

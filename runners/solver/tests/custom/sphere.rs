@@ -176,6 +176,7 @@ impl<F: Real> TransitionMoments for Scattering<F> {
 fn model() -> CustomModel<Scattering<f64>> {
     CustomModel::from_cells(Scattering::<f64>::new)
         .named("scattering")
+        .by_its_chain()
         .with_solution(solution)
         .weight("height", |x: &[f64; 3]| x[2] / (4.0 * PI))
         .with_coordinates([[0.1, PI - 0.1], [0.0, 6.0]])

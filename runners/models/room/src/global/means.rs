@@ -5,7 +5,7 @@
 
 use fredholm_core::galerkin::legendre;
 use fredholm_model::Error;
-use fredholm_room::{Room, Visibility};
+use fredholm_room::Room;
 use fredholm_variance::gauss;
 
 /// Gauss points of an interval.
@@ -51,11 +51,8 @@ pub(super) fn moments(
         .enumerate()
     {
         for &(wall, [_, factor]) in walls {
-            // What no cell of a wall sees, and black walls, cost nothing.
-            let mut views = cells
-                .range(wall as u32)
-                .map(|j| room.views().visibility(cell, j));
-            if factor == 0.0 || views.all(|view| view == Visibility::None) {
+            // Black walls cost nothing.
+            if factor == 0.0 {
                 continue;
             }
             let arrival = Arrival {

@@ -3,16 +3,17 @@
 use std::time::Instant;
 
 use fredholm_core::Located;
-use fredholm_core::galerkin::Cells as _;
+use fredholm_core::galerkin::{Cells as _, legendre};
 use fredholm_core::global::over_replicates;
 use fredholm_model::channels::refuse_whole;
 use fredholm_model::{
     Discretisation, Error, GlobalQuantity, GlobalRequest, GlobalSystem, IMAGE_HEAD, Subject,
+    picture_is_biased,
 };
 use fredholm_rayon::{Observer, Replicates, fill_rows};
 use fredholm_room::{Enclosure, Seen};
 
-use super::{MOST_DEGREE, RoomField, RoomGlobal, functions};
+use super::{MOST_DEGREE, RoomField, RoomGlobal};
 use crate::RoomModel;
 use crate::field::{Field, FieldRequest, is_inside};
 use fredholm_model::{BLANK, Spot};
@@ -74,8 +75,7 @@ impl RoomModel {
             }
             let counts = replicates.counts();
             if counts.step_limit > 0 {
-                let why = "a walk met the step limit, so that a picture would be biased: leave `absorption` out, or use a larger one";
-                return Err(Error::Picture(why.to_owned()));
+                return Err(picture_is_biased());
             }
             walked = counts.walks;
             rows = replicates.coefficients(job, &|cell| system.measure(cell));
@@ -101,9 +101,8 @@ impl RoomField<'_> {
         closed: bool,
         watch: &dyn Observer,
     ) -> Result<(Vec<Spot>, Vec<Spot>), Error> {
-        let room = self.room()?;
-        let of = functions(&room, self.functions);
-        let table = self.by_function(self.lifted(&room, &*of)?);
+        let room = self.tables.room();
+        let table = self.by_function(self.lifted(&room)?);
         let rows = REPLICATES + 1;
         let at = |position: [f64; 2]| {
             let (mut share, mut value, mut replicates) = (0.0, 0.0, [0.0; REPLICATES]);
@@ -115,7 +114,9 @@ impl RoomField<'_> {
             seen.points(PANEL, |point, weight| {
                 share += weight;
                 let cell = room.locate(&point);
-                let psi = of.at(&Located { point, cell });
+                let mut place = [0.0];
+                room.parameters(&Located { point, cell }, &mut place);
+                let psi: [f64; MOST_DEGREE + 1] = legendre(2.0 * place[0] - 1.0);
                 let own = table.get(cell * self.functions * rows..);
                 let own = own.unwrap_or_default().chunks_exact(rows);
                 let scored = is_middle.next().unwrap_or(false);
@@ -157,7 +158,7 @@ impl RoomField<'_> {
             let stretch = request.stretches[number];
             let x = room.on_wall(stretch.wall, stretch.middle)?;
             let mut moments = vec![0.0; self.unknowns()];
-            of.irradiance(&x, &mut moments);
+            self.irradiance(&room, &x, &mut moments);
             let mut image = vec![0.0; IMAGE_HEAD + REPLICATES];
             let terms = self.terms(GlobalQuantity::U, stretch.wall)?;
             self.contract(terms, &moments, &self.rows, &mut image);

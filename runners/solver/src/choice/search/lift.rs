@@ -51,7 +51,7 @@ impl Lifts<'_> {
     pub(super) fn new(model: &dyn Model, settings: &Settings) -> Self {
         let is_open =
             settings.lift.is_none() && settings.pairs.is_none() && settings.walks.is_none();
-        let most = if is_open { model.most_lift() } else { 0 };
+        let most = if is_open { model.about().most_lift } else { 0 };
         Self {
             degree: (most > 0).then_some(most),
             tried: Vec::new(),

@@ -135,7 +135,7 @@ impl Sequences<'_> {
         let all = core::iter::successors(Some(SHORTEST), |length| Some(2 * length));
         let all = all.take_while(|length| *length <= LONGEST).collect();
         Self {
-            may: model.has_sequences() && (is_open || must),
+            may: model.about().has_sequences && (is_open || must),
             must,
             lengths: settings.batch.map_or(all, |batch| vec![batch]),
             trials: Vec::new(),

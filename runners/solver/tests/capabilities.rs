@@ -1,0 +1,316 @@
+//! What every kind of equation can do: the matrix of capabilities and kinds, tried out and printed. An empty cell has a reason of
+//! mathematics, or it is counted.
+
+use fredholm::circle::{Emission, Harmonic};
+use fredholm::room::{Material, Surfaces};
+use fredholm::scene::{Enclosure, NamedSurface, shapes};
+use fredholm::sphere::Parameters;
+use fredholm::{
+    CircleModel, CubeModel, CustomModel, Method, Model, Pairs, Region, RoomModel, Scalar,
+    SceneModel, Sequence, Solver, SphereModel,
+};
+use fredholm_core::galerkin::Cells;
+use fredholm_core::resolvent::Regular;
+use fredholm_core::{Located, Space};
+
+/// A kind, by its name.
+struct Kind {
+    name: &'static str,
+    model: Box<dyn Model>,
+}
+
+/// ½ x y on [0, 1], as one's own.
+#[derive(Clone)]
+struct Own;
+
+impl Space for Own {
+    type Scalar = f64;
+    type Point = f64;
+}
+
+impl Cells for Own {
+    const DIMENSION: usize = 1;
+
+    fn cells(&self) -> usize {
+        1
+    }
+
+    fn locate(&self, _: &f64) -> usize {
+        0
+    }
+
+    fn measure(&self, _: usize) -> f64 {
+        1.0
+    }
+
+    fn point(&self, _: usize, t: &[f64]) -> f64 {
+        t[0]
+    }
+
+    fn parameters(&self, x: &Located<f64>, t: &mut [f64]) {
+        t[0] = x.point;
+    }
+
+    fn at(&self, x: &[f64]) -> Option<f64> {
+        x.first().copied()
+    }
+}
+
+impl Regular for Own {
+    fn kernel(&self, x: &f64, y: &f64) -> f64 {
+        0.5 * x * y
+    }
+
+    fn source(&self, x: &f64) -> f64 {
+        *x
+    }
+}
+
+fn kinds() -> [Kind; 6] {
+    let wave = Harmonic {
+        constant: 5.0,
+        amplitude: 1.0,
+        frequency: 5,
+    };
+    let wall = |reflectance, emission| Material {
+        reflectance,
+        emission,
+    };
+    let room = Surfaces::default()
+        .with("floor", &[[0.0, 0.0], [2.0, 0.0]], wall(0.5, 0.0))
+        .with("right", &[[2.0, 0.0], [2.0, 1.0]], wall(0.2, 1.0))
+        .with("ceiling", &[[2.0, 1.0], [0.0, 1.0]], wall(0.7, 0.0))
+        .with("left", &[[0.0, 1.0], [0.0, 0.0]], wall(0.3, 0.0));
+    let names = ["floor", "ceiling", "front", "back", "left", "right"];
+    let polygons = shapes::room([0.0; 3], [2.0, 1.0, 1.0]).surfaces;
+    let surfaces = polygons
+        .into_iter()
+        .zip(names)
+        .map(|(polygons, name)| NamedSurface {
+            name: name.to_owned(),
+            polygons,
+            material: Material {
+                reflectance: 0.5,
+                emission: if name == "ceiling" { 1.0 } else { 0.0 },
+            },
+        });
+    let sphere = Parameters {
+        albedo: 0.6,
+        asymmetry: 0.3,
+        emission: [1.0, 0.2, 0.1, 0.5],
+        forward: 0.2,
+    };
+    let kind = |name, model| Kind { name, model };
+    [
+        kind(
+            "circle",
+            Box::new(CircleModel::new(vec![0.3, 0.7], Emission::Harmonic(wave))),
+        ),
+        kind(
+            "cube",
+            Box::new(CubeModel::on_interval(
+                [0.0, 1.0],
+                |x, y| 0.5 * x * y,
+                |x| x,
+            )),
+        ),
+        kind("room", Box::new(RoomModel::new(room, Scalar::F64).unwrap())),
+        kind(
+            "scene",
+            Box::new(SceneModel::new(surfaces.collect(), Enclosure::Closed, Scalar::F64).unwrap()),
+        ),
+        kind("sphere", Box::new(SphereModel::new(sphere))),
+        kind("own", Box::new(CustomModel::from_kernel(Own))),
+    ]
+}
+
+/// Whether a solver does what is asked.
+type Does = fn(&dyn Model) -> bool;
+
+/// A model whose cells are few, with the mean as a goal.
+fn few(model: &dyn Model) -> Solver<'_> {
+    Solver::new(model).mean().cells(cells(model)).walks(2000)
+}
+
+/// Few cells, but not the fewest.
+fn cells(model: &dyn Model) -> usize {
+    let settings = fredholm::Settings::default().discretisation();
+    let cells = model.levels(&settings).into_iter().nth(3);
+    cells.unwrap_or(24)
+}
+
+/// A point: the middle one of a spread of points or, where a kind has none, one of the floor.
+fn point(model: &dyn Model) -> Region {
+    let all = model.spread(9.0);
+    let floor = Region::Spot(0, [0.5, 0.3, 0.0]);
+    all.get(all.len() / 2).cloned().unwrap_or(floor)
+}
+
+const CAPABILITIES: [(&str, Does); 18] = [
+    ("means", |model| few(model).solve().is_ok()),
+    ("points", |model| {
+        few(model).goal("u", point(model)).solve().is_ok()
+    }),
+    ("single precision", |model| {
+        few(model).scalar(Scalar::F32).solve().is_ok()
+    }),
+    ("degrees above 0", |model| {
+        few(model).degree(1).solve().is_ok()
+    }),
+    ("choice of what is open", |model| {
+        Solver::new(model).mean().solve_to(1e-2).is_ok()
+    }),
+    ("global estimate of means", |model| {
+        few(model).whole().is_ok()
+    }),
+    ("global estimate of points", |model| {
+        let values = few(model).method(Method::Walks);
+        values
+            .whole()
+            .is_ok_and(|whole| whole.functional(&point(model)).is_ok())
+    }),
+    ("bands", |model| {
+        let whole = few(model).whole();
+        whole.is_ok_and(|whole| whole.summary().largest_std_error.is_some())
+    }),
+    ("predicted variances", |model| {
+        few(model).method(Method::Walks).diagnose_in(100).is_ok()
+    }),
+    ("sweeps", |model| {
+        let settings = fredholm::Settings::default().discretisation();
+        let levels: Vec<usize> = model.levels(&settings).into_iter().take(2).collect();
+        few(model).sweep(&levels, 500).is_ok()
+    }),
+    ("constant absorption", |model| {
+        few(model).absorption(0.2).solve().is_ok()
+    }),
+    ("the paper's method", |model| {
+        few(model).method(Method::Paper).solve().is_ok()
+    }),
+    ("all pairs pointwise", |model| {
+        few(model)
+            .method(Method::Walks)
+            .pairs(Pairs::Pointwise)
+            .solve()
+            .is_ok()
+    }),
+    ("Sobol' points", |model| {
+        few(model).sequence(Sequence::Sobol).solve().is_ok()
+    }),
+    ("lift", |model| few(model).lift(2).solve().is_ok()),
+    ("saved systems", |model| {
+        let cut = fredholm::Settings::default().discretisation();
+        let system = model
+            .partition(&cut.on(cells(model)))
+            .and_then(|cut| cut.solve());
+        system.is_ok_and(|system| system.saved().is_some())
+    }),
+    ("device tables", |model| {
+        let cut = fredholm::Settings::default().discretisation();
+        let system = model
+            .partition(&cut.on(cells(model)))
+            .and_then(|cut| cut.solve());
+        system.is_ok_and(|system| system.tables(Pairs::Default).is_ok())
+    }),
+    ("resolvent walks", |model| {
+        Solver::new(model)
+            .mean()
+            .method(Method::Resolvent)
+            .solve_to(1e-2)
+            .is_ok()
+    }),
+];
+
+/// Why a cell is empty: capability, kind, reason.
+const REASONS: [(&str, &str, &str); 18] = [
+    (
+        "single precision",
+        "own",
+        "its owner gives it, by `with_f32`",
+    ),
+    ("degrees above 0", "sphere", MOMENTS),
+    ("degrees above 0", "own", MOMENTS),
+    ("global estimate of points", "scene", SEEN),
+    (
+        "the paper's method",
+        "scene",
+        "it takes exact factors behind obstacles as the moments of pairs",
+    ),
+    ("all pairs pointwise", "cube", INTEGRALS),
+    ("all pairs pointwise", "sphere", INTEGRALS),
+    ("all pairs pointwise", "own", INTEGRALS),
+    ("Sobol' points", "room", SEEN),
+    ("Sobol' points", "scene", SEEN),
+    ("lift", "cube", "resolvent walks have any degree"),
+    ("lift", "room", SEEN),
+    (
+        "lift",
+        "sphere",
+        "parameters of cells have square roots at the poles, so that no rule over cells is exact up to rounding",
+    ),
+    ("lift", "scene", SEEN),
+    (
+        "device tables",
+        "circle",
+        "a device computes its closed forms by itself",
+    ),
+    (
+        "device tables",
+        "sphere",
+        "h² of few constants has a radius above 1",
+    ),
+    (
+        "resolvent walks",
+        "room",
+        "K jumps where walls hide each other, and rays follow these jumps",
+    ),
+    (
+        "resolvent walks",
+        "scene",
+        "K jumps where walls hide each other, and rays follow these jumps",
+    ),
+];
+const MOMENTS: &str = "∫ p ψ ψ has no closed form there; resolvent walks need none";
+const SEEN: &str = "what a point sees jumps from place to place, so that no rule over cells is exact and no sequence gains";
+const INTEGRALS: &str = "∫ K over a cell has no closed form";
+
+#[test]
+fn every_kind_has_every_capability() {
+    let kinds = kinds();
+    let head: Vec<&str> = kinds.iter().map(|kind| kind.name).collect();
+    println!("{:28}{}", "", head.map_row());
+    let mut empty = Vec::new();
+    for (capability, does) in CAPABILITIES {
+        let row: Vec<bool> = kinds.iter().map(|kind| does(&*kind.model)).collect();
+        let marks: Vec<&str> = row.iter().map(|has| if *has { "x" } else { "-" }).collect();
+        println!("{capability:28}{}", marks.map_row());
+        let missing = kinds.iter().zip(&row).filter(|(_, has)| !**has);
+        empty.extend(missing.map(|(kind, _)| (capability, kind.name)));
+    }
+    for (capability, kind) in &empty {
+        let reason = REASONS
+            .iter()
+            .find(|reason| (&reason.0, &reason.1) == (capability, kind));
+        println!(
+            "{kind}, {capability}: {}",
+            reason.map_or("?", |reason| reason.2)
+        );
+    }
+    assert!(empty.len() <= 20, "{} cells are empty", empty.len());
+    let unexplained: Vec<_> = empty
+        .iter()
+        .filter(|cell| !REASONS.iter().any(|reason| (reason.0, reason.1) == **cell))
+        .collect();
+    assert!(unexplained.is_empty(), "{unexplained:?}");
+}
+
+/// Words of a row, in columns.
+trait Row {
+    fn map_row(&self) -> String;
+}
+
+impl Row for Vec<&str> {
+    fn map_row(&self) -> String {
+        self.iter().map(|word| format!("{word:>8}")).collect()
+    }
+}
