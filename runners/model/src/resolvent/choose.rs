@@ -22,6 +22,8 @@ const FEW: f64 = 2000.0;
 const DOUBLE: f64 = 1.9;
 /// More cells are looked at where they are predicted to take this part of the best time so far.
 const PAYS: f64 = 0.7;
+/// Seconds of a set-up at most where neither an error nor a time is asked for, unless walks take longer.
+const MOST_UNASKED: f64 = 1.0;
 /// Seconds of a point, but for values of functions; of a product of two polynomials; of N³ where a matrix is inverted, and where only factors are
 /// made, which take a third of the products; and of N² where a system is solved by these.
 const POINT: f64 = 100e-9;
@@ -189,7 +191,9 @@ pub(super) fn choose<'a>(
             .clone()
             .find(|&level| search.unknowns(level, degree) >= FIRST_UNKNOWNS);
         let first = first.or(levels.last());
-        if let Some(first) = first.filter(|&first| search.fits(first, degree)) {
+        if let Some(first) = first.filter(|&first| search.fits(first, degree))
+            && search.may_pay(search.setup(first, degree).0)
+        {
             search.look(first, degree)?;
         }
     }
@@ -213,8 +217,8 @@ pub(super) fn choose<'a>(
         let Some(next) = next.min_by(first) else {
             break;
         };
-        let is_short = search.error.is_none() || next.setup < least;
-        if is_found && !(search.price(&next).0 < PAYS * least && is_short) {
+        let pays = search.price(&next).0 < PAYS * least && search.may_pay(next.setup);
+        if is_found && !pays {
             break;
         }
         search.look(next.level, next.degree)?;
@@ -292,6 +296,18 @@ impl<'a> Search<'_, 'a> {
         let is_meant = has_many && !goals.iter().any(is_weight);
         let settings = self.question.settings;
         settings.walks != Some(0) && settings.global.unwrap_or(is_meant)
+    }
+
+    /// Whether a set-up of so many seconds can be worth it: nothing serves yet, or what does takes longer.
+    fn may_pay(&self, setup: f64) -> bool {
+        let Some((best, least)) = &self.best else {
+            return true;
+        };
+        match (self.error, self.question.settings.time_limit) {
+            (Some(_), _) => setup < *least,
+            (None, Some(limit)) => setup < limit.as_secs_f64(),
+            (None, None) => setup < MOST_UNASKED.max(best.points * best.seconds),
+        }
     }
 
     /// What is to be small: seconds, or, without an error that is asked for, variance times seconds; and the way for which it is.

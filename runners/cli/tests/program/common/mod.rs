@@ -71,7 +71,7 @@ pub(crate) fn diagnose() -> &'static [&'static str] {
 
 /// Longer than any run of these tests takes on a busy machine: `verify` has two minutes of processor time.
 fn patience() -> Duration {
-    Duration::from_secs(if is_long() { 1200 } else { 400 })
+    Duration::from_secs(if is_long() { 1200 } else { 120 })
 }
 
 /// A folder that is removed at the end of a test.
