@@ -7,7 +7,7 @@ use super::{GlobalEstimate, GlobalValue, QUADRATURE_SHARE};
 use crate::{Error, Goal, Region};
 
 /// Gauss points along every axis of a cell, more and more.
-const POINTS: [usize; 5] = [2, 3, 5, 8, 12];
+const POINTS: [usize; 6] = [1, 2, 3, 5, 8, 12];
 /// Cells at once: images of their points are in memory together.
 const CELLS: usize = 256;
 /// The most axes of a cell: of four, every rule takes as many points as a grid has for all cells of three.
@@ -19,8 +19,9 @@ impl GlobalEstimate<'_> {
     /// taken in the coordinates of the points: angles, those of a cube, shares of the length of a part. From an angle to one that is
     /// not larger it goes past 0.
     ///
-    /// Every mean has a standard error and no band. It is a Gauss rule, with more points until it moves by a hundredth of
-    /// its standard error or less, or none is taken: `quadrature_error` says by how much it moved last.
+    /// Every mean has a standard error and no band. It is a Gauss rule, with more points until what it may be off is a hundredth of its
+    /// standard error or less, or none is taken. `quadrature_error` says how much that is: the sum of all moves from rule to rule that
+    /// would follow if they went on to fall as the last two did.
     ///
     /// ```
     /// use fredholm::{CubeModel, Region, Solver};
@@ -49,29 +50,35 @@ impl GlobalEstimate<'_> {
 
     fn means(&self, cells: &[Vec<Region>]) -> Result<Vec<GlobalValue>, Error> {
         let mut means: Vec<Option<GlobalValue>> = vec![None; cells.len()];
+        let mut moves = vec![f64::INFINITY; cells.len()];
         let mut open: Vec<usize> = (0..cells.len()).collect();
         for points in POINTS {
             if open.is_empty() {
                 break;
             }
             let now = self.by_rule(open.iter().map(|&i| &cells[i][..]), points)?;
-            let old = open.iter().map(|&i| means[i]);
-            let moved = now.iter().zip(old).map(|(now, old)| match old {
-                Some(old) => (now.estimate - old.estimate).abs(),
-                None => f64::INFINITY,
-            });
-            let moved: Vec<f64> = moved.collect();
-            for ((&i, now), &moved) in open.iter().zip(now).zip(&moved) {
+            for (&i, now) in open.iter().zip(now) {
+                let before = moves[i];
+                if let Some(old) = means[i] {
+                    moves[i] = (now.estimate - old.estimate).abs();
+                }
+                // The sum of all moves to come, if they go on to fall by a factor; before it is known, the last one.
+                let falls = moves[i] / before;
+                let left = match before.is_finite() && falls < 0.5 {
+                    true => falls / (1.0 - falls),
+                    false => 1.0,
+                };
                 means[i] = Some(GlobalValue {
-                    quadrature_error: moved.max(now.quadrature_error),
+                    quadrature_error: (moves[i] * left).max(now.quadrature_error),
                     ..now
                 });
             }
-            let mut moved = moved.into_iter();
             open.retain(|&i| {
-                let error = means[i].and_then(|mean| mean.std_error).unwrap_or(0.0);
-                let may = (QUADRATURE_SHARE * error).max(self.summary.rounding_floor);
-                moved.next().is_some_and(|moved| moved > may)
+                means[i].is_some_and(|mean| {
+                    let error = mean.std_error.unwrap_or(0.0);
+                    let may = (QUADRATURE_SHARE * error).max(self.summary.rounding_floor);
+                    mean.quadrature_error > may
+                })
             });
         }
         let mean = |mean: Option<GlobalValue>| mean.ok_or(Error::Internal("a cell without a mean"));
