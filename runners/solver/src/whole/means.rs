@@ -8,6 +8,8 @@ use crate::{Error, Goal, Region};
 
 /// Gauss points along every axis of a cell, more and more.
 const POINTS: [usize; 6] = [1, 2, 3, 5, 8, 12];
+/// What moves fall by where u is smooth on a cell: one point is off by u″h²/24 and two by u⁗h⁴/4320, and h is the length on which u changes.
+const SMOOTH: f64 = 24.0 / 4320.0;
 /// Cells at once: images of their points are in memory together.
 const CELLS: usize = 256;
 /// The most axes of a cell: of four, every rule takes as many points as a grid has for all cells of three.
@@ -20,8 +22,8 @@ impl GlobalEstimate<'_> {
     /// not larger it goes past 0.
     ///
     /// Every mean has a standard error and no band. It is a Gauss rule, with more points until what it may be off is a hundredth of its
-    /// standard error or less, or none is taken. `quadrature_error` says how much that is: the sum of all moves from rule to rule that
-    /// would follow if they went on to fall as the last two did.
+    /// standard error or less, or none is taken. `quadrature_error` says how much that is: what the last rule moved it by, and where
+    /// moves fall as those of smooth functions do, what the next one would.
     ///
     /// ```
     /// use fredholm::{CubeModel, Region, Solver};
@@ -62,10 +64,9 @@ impl GlobalEstimate<'_> {
                 if let Some(old) = means[i] {
                     moves[i] = (now.estimate - old.estimate).abs();
                 }
-                // The sum of all moves to come, if they go on to fall by a factor; before it is known, the last one.
                 let falls = moves[i] / before;
-                let left = match before.is_finite() && falls < 0.5 {
-                    true => falls / (1.0 - falls),
+                let left = match before.is_finite() && falls < SMOOTH {
+                    true => falls,
                     false => 1.0,
                 };
                 means[i] = Some(GlobalValue {
