@@ -591,6 +591,7 @@ mod tests {
             stays: &zeros,
             jumps: &zeros,
             near: &[near],
+            ends: &[],
         };
         let equation = Unit(kernel);
         let resolvent = Resolvent {

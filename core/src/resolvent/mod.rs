@@ -68,7 +68,7 @@ mod setup;
 mod walk;
 
 pub use walk::{
-    CellPoint, Coarse, Ending, Resolvent, ResolventTables, RestDensity, Stratum, Trace,
+    CellEnd, CellPoint, Coarse, Ending, Resolvent, ResolventTables, RestDensity, Stratum, Trace,
 };
 
 #[cfg(feature = "alloc")]
@@ -79,7 +79,7 @@ pub use image::{BY_RULES, Image, ImageBounds, Images, total_degrees};
 pub use plan::{GroupScores, Known, Plan, Round, RoundSum};
 #[cfg(feature = "alloc")]
 pub use setup::{
-    AxisNode, GalerkinRows, PAIR_DRAWS, ResolventLooks, grading, is_rough, singularity,
+    AxisNode, GalerkinRows, PAIR_DRAWS, ResolventLooks, ends, grading, is_rough, singularity,
 };
 
 use crate::galerkin::Cells;

@@ -3,10 +3,11 @@
 use alloc::vec;
 use alloc::vec::Vec;
 
-use super::walk::power_of;
-use super::{CellPoint, Regular, Resolvent, ResolventTables};
+use super::edges::kronecker_point;
+use super::walk::{power_of, towards_ends};
+use super::{CellEnd, CellPoint, Regular, Resolvent, ResolventTables};
 use crate::galerkin::{GalerkinError, MOST_DIMENSIONS, buffer, fill_products, reserve};
-use crate::{DefaultGenerator, Real, RngUniforms, Uniforms, WalkSeeds};
+use crate::{DefaultGenerator, Located, Real, RngUniforms, Uniforms, WalkSeeds};
 
 /// Random points of a pair of cells by which |K − K_n| is known there, at least: with 4, or one node, the tail of scores is heavy.
 pub const PAIR_DRAWS: u32 = 12;
@@ -34,6 +35,10 @@ const POWERS: u32 = 60;
 const GRADING_LOOKS: usize = 33;
 const COARSE: i32 = 12;
 const FINE: i32 = 24;
+/// Points from and to which one looks whether K is singular at an end of a cell.
+const END_LOOKS: usize = 3;
+/// Bits of a distance from it, at most.
+const MOST_BITS: i32 = 128;
 /// How far from x = y, as a part of a cell, one looks whether K bends there like a smooth function, of whose bend a quarter is left at half the
 /// distance; the part from which on it does not; and the part of K that rounding hides.
 const ROUGH_DISTANCE: f64 = 1.0 / 64.0;
@@ -56,7 +61,7 @@ pub struct AxisNode {
 }
 
 /// Nodes of the cube [0, 1]^d, with the functions of a cell there.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct CubeNodes {
     /// d numbers of each.
     pub(super) places: Vec<f64>,
@@ -93,6 +98,23 @@ impl CubeNodes {
             shares,
             functions: all,
         })
+    }
+
+    /// These nodes on a cell with ends.
+    fn towards(&self, ends: &[CellEnd]) -> Self {
+        let mut all = self.clone();
+        let dimension = ends.len() / 2;
+        let functions = all.functions.len() / all.shares.len().max(1);
+        let nodes = all.places.chunks_exact_mut(dimension.max(1));
+        let nodes = nodes.zip(&mut all.shares);
+        let own = all.functions.chunks_exact_mut(functions.max(1));
+        for ((places, share), own) in nodes.zip(own) {
+            for (t, ends) in places.iter_mut().zip(ends.chunks_exact(2)) {
+                *share *= towards_ends(t, ends);
+            }
+            fill_products(places, own);
+        }
+        all
     }
 
     /// Parameters, share and functions of every node.
@@ -146,6 +168,8 @@ pub struct GalerkinRows<'a, E: Regular> {
     functions: usize,
     left: CubeNodes,
     right: CubeNodes,
+    /// The same of every cell that has ends; or nothing.
+    of_ends: Vec<Option<[CubeNodes; 2]>>,
     /// The rule on the right.
     axis: Vec<AxisNode>,
     /// The points of all cells by the rule on the right.
@@ -164,21 +188,53 @@ impl<'a, E: Regular> GalerkinRows<'a, E> {
         functions: usize,
         [left, axis]: [&[AxisNode]; 2],
     ) -> Result<Self, GalerkinError> {
-        let right = CubeNodes::new(axis, E::DIMENSION, functions)?;
-        let mut points = reserve(equation.cells().saturating_mul(right.shares.len()))?;
-        for cell in 0..equation.cells() {
-            let places = right.places.chunks_exact(E::DIMENSION);
-            points.extend(places.map(|t| equation.point(cell, t)));
-        }
-        Ok(Self {
+        let mut rows = Self {
             equation,
             functions,
             left: CubeNodes::new(left, E::DIMENSION, functions)?,
-            right,
+            right: CubeNodes::new(axis, E::DIMENSION, functions)?,
+            of_ends: Vec::new(),
             axis: axis.to_vec(),
-            points,
+            points: Vec::new(),
             grading: 1,
-        })
+        };
+        rows.set_points()?;
+        Ok(rows)
+    }
+
+    fn set_points(&mut self) -> Result<(), GalerkinError> {
+        let cells = self.equation.cells();
+        let mut points = reserve(cells.saturating_mul(self.right.shares.len()))?;
+        for cell in 0..cells {
+            let [_, right] = self.rules(cell);
+            let places = right.places.chunks_exact(E::DIMENSION);
+            points.extend(places.map(|t| self.equation.point(cell, t)));
+        }
+        self.points = points;
+        Ok(())
+    }
+
+    /// The rules of x and of y on a cell.
+    fn rules(&self, cell: usize) -> [&CubeNodes; 2] {
+        match self.of_ends.get(cell) {
+            Some(Some([left, right])) => [left, right],
+            _ => [&self.left, &self.right],
+        }
+    }
+
+    /// These coefficients with nodes that draw near to the [ends](ResolventTables::ends) of cells.
+    ///
+    /// # Errors
+    /// [`GalerkinError::Memory`].
+    pub fn with_ends(mut self, ends: &[CellEnd]) -> Result<Self, GalerkinError> {
+        let cells = ends.chunks_exact(2 * E::DIMENSION);
+        let own = cells.map(|ends| {
+            let is_one = ends.iter().any(|end| end.power > 1);
+            is_one.then(|| [&self.left, &self.right].map(|rule| rule.towards(ends)))
+        });
+        self.of_ends = own.collect();
+        self.set_points()?;
+        Ok(self)
     }
 
     /// These coefficients with nodes within a cell that draw near to x ([`grading`]).
@@ -230,7 +286,8 @@ impl<'a, E: Regular> GalerkinRows<'a, E> {
         let mut integrals = vec![0.0; functions];
         let mut is_finite = true;
         rows.fill(0.0);
-        for (t, share, psi) in self.left.iter(dimension, functions) {
+        let [left, _] = self.rules(cell);
+        for (t, share, psi) in left.iter(dimension, functions) {
             let x = self.equation.point(cell, t);
             for (into, points) in self.points.chunks_exact(nodes).enumerate() {
                 integrals.fill(0.0);
@@ -239,7 +296,8 @@ impl<'a, E: Regular> GalerkinRows<'a, E> {
                     is_finite &= self.near(&x, t, cell, &mut integrals);
                 }
                 let far = if is_near { &[][..] } else { points };
-                let own = far.iter().zip(self.right.iter(dimension, functions));
+                let [_, right] = self.rules(into);
+                let own = far.iter().zip(right.iter(dimension, functions));
                 for (y, (_, share, psi)) in own {
                     let value = share * self.equation.kernel(&x, y).to_f64();
                     is_finite &= value.is_finite();
@@ -267,7 +325,8 @@ impl<'a, E: Regular> GalerkinRows<'a, E> {
     /// The means over a cell of a function times each function on it.
     pub fn means(&self, cell: usize, function: &dyn Fn(&E::Point) -> f64) -> Vec<f64> {
         let mut means = vec![0.0; self.functions];
-        for (t, share, psi) in self.right.iter(E::DIMENSION, self.functions) {
+        let [_, right] = self.rules(cell);
+        for (t, share, psi) in right.iter(E::DIMENSION, self.functions) {
             let value = share * function(&self.equation.point(cell, t));
             for (mean, psi) in means.iter_mut().zip(psi) {
                 *mean += value * psi;
@@ -277,38 +336,102 @@ impl<'a, E: Regular> GalerkinRows<'a, E> {
     }
 }
 
+/// The exponent a with which a size grows like distance^−a, from its values at two distances in bits; 0 where it does not.
+fn exponent(size: impl Fn(f64) -> f64) -> f64 {
+    let [fine, coarse] = [FINE, COARSE].map(|bits| size(power_of(0.5, bits)).abs());
+    let exponent = Real::ln(fine / coarse) / core::f64::consts::LN_2 / f64::from(FINE - COARSE);
+    match exponent.is_finite() && exponent > LEAST_EXPONENT {
+        true => exponent,
+        false => 0.0,
+    }
+}
+
 /// The exponent a with which K grows like |x − y|^−a towards x = y, as some points tell; 0 where it does not grow. That of a logarithm is
 /// about 0.1.
 pub fn singularity<E: Regular>(equation: &E) -> f64 {
     let seeds = WalkSeeds::<DefaultGenerator>::new(0, LOOKS + 2);
     let mut draws: RngUniforms<DefaultGenerator> = RngUniforms(seeds.generator(0));
     let mut exponents = [0.0; GRADING_LOOKS];
-    for (number, exponent) in exponents.iter_mut().enumerate() {
+    for (number, found) in exponents.iter_mut().enumerate() {
         let cell = number * equation.cells() / GRADING_LOOKS;
         let mut t = [0.0; MOST_DIMENSIONS];
         let own = t.get_mut(..E::DIMENSION).unwrap_or(&mut []);
         own.iter_mut().for_each(|t| *t = draws.uniform());
         let x = equation.point(cell, own);
-        let size = |bits: i32| {
+        *found = exponent(|distance| {
             let mut t = t;
             let own = t.get_mut(..E::DIMENSION).unwrap_or(&mut []);
             for t in own.iter_mut() {
                 // Towards the middle.
-                let distance = power_of(0.5, bits);
                 *t += if *t < 0.5 { distance } else { -distance };
             }
-            let y = equation.point(cell, own);
-            equation.kernel(&x, &y).to_f64().abs()
-        };
-        let slope = Real::ln(size(FINE) / size(COARSE)) / core::f64::consts::LN_2;
-        *exponent = slope / f64::from(FINE - COARSE);
-        if !exponent.is_finite() {
-            *exponent = 0.0;
-        }
+            equation.kernel(&x, &equation.point(cell, own)).to_f64()
+        });
     }
     exponents.sort_unstable_by(f64::total_cmp);
-    let median = exponents.get(GRADING_LOOKS / 2).copied().unwrap_or(0.0);
-    if median > LEAST_EXPONENT { median } else { 0.0 }
+    exponents.get(GRADING_LOOKS / 2).copied().unwrap_or(0.0)
+}
+
+/// How points of a cell draw near to its ends ([`ResolventTables::ends`]), and the largest exponent a with which K(x, y) grows like t^−a, where t
+/// is the distance of y from an end; as some points tell. No ends: all points are uniform.
+///
+/// # Errors
+/// [`GalerkinError::Memory`].
+pub fn ends<E: Regular>(equation: &E) -> Result<(Vec<CellEnd>, f64), GalerkinError> {
+    let cells = equation.cells();
+    let (mut all, mut largest) = (reserve(2 * E::DIMENSION * cells)?, 0.0_f64);
+    let at = |cell: usize, look: u32| {
+        let place = kronecker_point(look);
+        equation.point(cell, place.get(..E::DIMENSION).unwrap_or(&[]))
+    };
+    for cell in 0..cells {
+        for (axis, is_high) in (0..E::DIMENSION).flat_map(|axis| [(axis, false), (axis, true)]) {
+            let beside = |look: usize, distance: f64| {
+                let mut t = kronecker_point((1 + END_LOOKS + look) as u32);
+                if let Some(t) = t.get_mut(axis) {
+                    *t = if is_high { 1.0 - distance } else { distance };
+                }
+                equation.point(cell, t.get(..E::DIMENSION).unwrap_or(&[]))
+            };
+            let looks: [[f64; 3]; END_LOOKS] = core::array::from_fn(|look| {
+                let other = at(look * cells / END_LOOKS, 1 + look as u32);
+                let own = |distance: f64| beside(look, distance);
+                [
+                    exponent(|t| equation.kernel(&other, &own(t)).to_f64()),
+                    exponent(|t| equation.kernel(&own(t), &other).to_f64()),
+                    exponent(|t| equation.source(&own(t)).to_f64()),
+                ]
+            });
+            let found: [f64; 3] = core::array::from_fn(|k| {
+                let mut all = looks.map(|own| own.get(k).copied().unwrap_or(0.0));
+                all.sort_unstable_by(f64::total_cmp);
+                all.get(END_LOOKS / 2).copied().unwrap_or(0.0)
+            });
+            largest = largest.max(found[0]);
+            let is_told = |distance: f64| {
+                let mut t = [E::Scalar::from_f64(0.0); MOST_DIMENSIONS];
+                let own = t.get_mut(..E::DIMENSION).unwrap_or(&mut []);
+                let point = beside(0, distance);
+                equation.parameters(&Located { point, cell }, own);
+                let t = own.get(axis).map_or(0.0, |t| t.to_f64());
+                t > 0.0 && t < 1.0
+            };
+            let power = grading(found.into_iter().fold(0.0, f64::max), 1);
+            let mut distances = (0..MOST_BITS).map(|bits| power_of(0.5, MOST_BITS - bits));
+            let nearest = match power > 1 {
+                true => distances.find(|&distance| is_told(distance)),
+                false => None,
+            };
+            all.push(CellEnd {
+                power,
+                nearest: 4.0 * nearest.unwrap_or(0.0),
+            });
+        }
+    }
+    if all.iter().all(|end| end.power == 1) {
+        all.clear();
+    }
+    Ok((all, largest))
 }
 
 /// Whether K is not smooth at x = y, in one dimension, as some points tell.
@@ -378,9 +501,9 @@ impl<E: Regular> Resolvent<'_, E> {
         for (into, out) in row.iter_mut().enumerate() {
             let mut sum = 0.0;
             for _ in 0..count {
-                let x = self.drawn(cell, &mut draws);
+                let (x, own) = self.draw(cell, &mut draws);
                 let (y, share) = self.draw_from(&x, into, &mut draws);
-                let difference = share * self.difference(&x, &y);
+                let difference = own * share * self.difference(&x, &y);
                 sum += difference * difference;
             }
             let mut points = f64::from(count);
@@ -401,7 +524,8 @@ impl<E: Regular> Resolvent<'_, E> {
         }
         let own = self.tables.near.get(cell).copied().unwrap_or(0);
         let found = row.get(cell).copied().unwrap_or(0.0);
-        if own > 1 {
+        // What is singular at an end seems to have a ridge.
+        if own > 1 || self.has_ends(cell) {
             return own;
         }
         let [ridge, of_scores] = self.ridge([cell, cell], near, &mut draws);
@@ -437,28 +561,22 @@ impl<E: Regular> Resolvent<'_, E> {
     ) -> [f64; 2] {
         let (mut squares, mut scores) = (0.0, 0.0);
         for _ in 0..count {
-            let x = self.drawn(cell, draws);
+            let (x, own) = self.draw(cell, draws);
             let (y, share) = self.draw_near(&x, into, RIDGE_GRADING, draws);
-            let difference = self.difference(&x, &y);
+            let difference = own * self.difference(&x, &y);
             squares += share * difference * difference;
             scores += share * share * difference * difference;
         }
         [squares, scores].map(|sum| Real::sqrt(sum / f64::from(count)))
     }
 
-    fn drawn(&self, cell: usize, draws: &mut RngUniforms<DefaultGenerator>) -> CellPoint<E::Point> {
-        let mut t = [0.0; MOST_DIMENSIONS];
-        let own = t.get_mut(..E::DIMENSION).unwrap_or(&mut []);
-        own.iter_mut().for_each(|t| *t = draws.uniform());
-        self.at(cell, own)
-    }
-
-    /// The root mean square of a function over a cell, from draws of the cell's own.
+    /// The root mean square of what draws of the cell's own score of a function over it.
     pub fn root_mean_square(&self, cell: usize, of: &dyn Fn(&CellPoint<E::Point>) -> f64) -> f64 {
         let seeds = WalkSeeds::<DefaultGenerator>::new(0, LOOKS + 1);
         let mut draws = RngUniforms(seeds.generator(cell as u64));
         let squares = (0..CELL_DRAWS).map(|_| {
-            let value = of(&self.drawn(cell, &mut draws));
+            let (x, share) = self.draw(cell, &mut draws);
+            let value = share * of(&x);
             value * value
         });
         Real::sqrt(squares.sum::<f64>() / f64::from(CELL_DRAWS))

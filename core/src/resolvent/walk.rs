@@ -32,6 +32,17 @@ pub struct ResolventTables<'a> {
     /// distance is a uniform number to this power. 1: all are uniform on either side of the start, in one dimension, where K is not smooth
     /// at x = y; nets then see two smooth functions. 0: all are uniform in the cell.
     pub near: &'a [i32],
+    /// Both ends of every axis of every cell, 2dn of them; or nothing: all points are uniform.
+    pub ends: &'a [CellEnd],
+}
+
+/// How points of a cell draw near to an end of an axis, where K or F is singular.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CellEnd {
+    /// The distance from the end is a uniform number to this power; 1: points are uniform.
+    pub power: i32,
+    /// The least distance that is told from 0, as a part of the cell.
+    pub nearest: f64,
 }
 
 /// Point of a known cell, and the functions there.
@@ -239,13 +250,13 @@ impl<E: Regular> Resolvent<'_, E> {
         };
         match *stratum {
             Stratum::Source { cell } => {
-                let z = self.draw(cell, draws);
-                let score = factor * self.measure(cell) * self.rest_of_source(&z);
+                let (z, share) = self.draw(cell, draws);
+                let score = factor * self.measure(cell) * share * self.rest_of_source(&z);
                 self.add(&z, score, scores);
             }
             Stratum::Rest { density, cell } => {
-                let x = self.draw(cell, draws);
-                let weight = self.measure(cell) * density.0(&x);
+                let (x, share) = self.draw(cell, draws);
+                let weight = self.measure(cell) * share * density.0(&x);
                 let value = weight * self.value(&x);
                 one(
                     value + self.go_on(weight, x, ending, draws, &mut trace.steps),
@@ -257,9 +268,10 @@ impl<E: Regular> Resolvent<'_, E> {
                 one(score, scores);
             }
             Stratum::Pair { from, into, size } => {
-                let z = self.draw(from, draws);
-                let weight = size * self.measure(from);
+                let (z, share) = self.draw(from, draws);
+                let weight = size * self.measure(from) * share;
                 let score = self.step(weight, &z, into, ending, draws, &mut trace);
+                trace.difference *= share;
                 self.add(&z, factor * score / size, scores);
             }
         }
@@ -303,15 +315,35 @@ impl<E: Regular> Resolvent<'_, E> {
         value + self.go_on(weight, y, ending, draws, &mut trace.steps)
     }
 
-    /// A uniform point of a cell.
+    /// A point of a cell, uniform but for its [ends](ResolventTables::ends), and the share of the cell that it stands for over that of a uniform one.
     #[inline]
-    fn draw<U: Uniforms<f64>>(&self, cell: usize, draws: &mut U) -> CellPoint<E::Point> {
+    pub(super) fn draw<U: Uniforms<f64>>(
+        &self,
+        cell: usize,
+        draws: &mut U,
+    ) -> (CellPoint<E::Point>, f64) {
         let mut t = [0.0; MOST_DIMENSIONS];
         let own = t.get_mut(..E::DIMENSION).unwrap_or(&mut []);
         for t in own.iter_mut() {
             *t = draws.uniform();
         }
-        self.at(cell, own)
+        let mut share = 1.0;
+        for (t, ends) in own.iter_mut().zip(self.ends_of(cell).chunks_exact(2)) {
+            share *= towards_ends(t, ends);
+        }
+        (self.at(cell, own), share)
+    }
+
+    /// Whether points of a cell draw near to one of its ends.
+    pub(super) fn has_ends(&self, cell: usize) -> bool {
+        self.ends_of(cell).iter().any(|end| end.power > 1)
+    }
+
+    /// The ends of a cell, or nothing.
+    fn ends_of(&self, cell: usize) -> &[CellEnd] {
+        let width = 2 * E::DIMENSION;
+        let own = self.tables.ends.get(cell * width..(cell + 1) * width);
+        own.unwrap_or(&[])
     }
 
     /// A point of a cell to which a step leads from z, and the share of the cell that it stands for over that of a uniform one.
@@ -329,8 +361,8 @@ impl<E: Regular> Resolvent<'_, E> {
             (_, true) => power(into).max(power(z.cell)),
             _ => 0,
         };
-        if power < if is_next { 2 } else { 1 } {
-            return (self.draw(into, draws), 1.0);
+        if power < if is_next || self.has_ends(into) { 2 } else { 1 } {
+            return self.draw(into, draws);
         }
         self.draw_near(z, into, power, draws)
     }
@@ -447,9 +479,10 @@ impl<E: Regular> Resolvent<'_, E> {
                 weight *= end / stay;
             } else {
                 let (cell, importance) = chosen(jumps, pick - stay);
-                z = own.draw(cell, draws);
+                let share;
+                (z, share) = own.draw(cell, draws);
                 let resolvent = own.form(own.tables.resolvent, &y, &z);
-                weight *= own.measure(cell) * resolvent * end / importance;
+                weight *= own.measure(cell) * share * resolvent * end / importance;
                 if self.coarse.is_none() {
                     sum += weight * self.rest_of_source(&z);
                 }
@@ -477,6 +510,27 @@ impl<E: Regular> Resolvent<'_, E> {
     }
 }
 
+/// Draws a uniform number towards the ends of an axis, and returns its share.
+#[inline]
+pub(super) fn towards_ends(t: &mut f64, ends: &[CellEnd]) -> f64 {
+    let &[low, high] = ends else {
+        return 1.0;
+    };
+    if low.power.max(high.power) <= 1 {
+        return 1.0;
+    }
+    // From one end all of the axis is drawn, from two ends half of it each.
+    let has_both = low.power > 1 && high.power > 1;
+    let length = if has_both { 0.5 } else { 1.0 };
+    let is_high = low.power <= 1 || has_both && *t >= 0.5;
+    let end = if is_high { high } else { low };
+    let from = if is_high { 1.0 - *t } else { *t } / length;
+    let near = power_of(from, end.power - 1);
+    let distance = (length * near * from).max(end.nearest);
+    *t = if is_high { 1.0 - distance } else { distance };
+    f64::from(end.power) * near
+}
+
 /// The number above 0 of which this is the power.
 fn root_of(number: f64, power: i32) -> f64 {
     if power == 1 {
@@ -501,4 +555,46 @@ fn chosen(row: &[f64], pick: f64) -> (usize, f64) {
         None => 0.0,
     };
     (place, up_to - before)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{CellEnd, towards_ends};
+
+    /// ∫ t^−½ and ∫ (1 − t)^−½ are 2, and ∫ (t (1 − t))^−½ is π, by the middle rule of a smooth integrand; shares sum to 1.
+    #[test]
+    fn points_towards_ends_make_roots_smooth() {
+        let of = |powers: [i32; 2], f: fn(f64) -> f64| {
+            let ends = powers.map(|power| CellEnd {
+                power,
+                nearest: 0.0,
+            });
+            let terms = (0..10_000).map(|k| {
+                let mut t = (f64::from(k) + 0.5) / 10_000.0;
+                let share = towards_ends(&mut t, &ends);
+                [share * f(t), share]
+            });
+            terms.fold([0.0; 2], |[a, b], [x, y]| [a + 1e-4 * x, b + 1e-4 * y])
+        };
+        let root = |t: f64| 1.0 / t.sqrt();
+        for (powers, f, right) in [
+            ([2, 1], root as fn(f64) -> f64, 2.0),
+            ([1, 2], |t| 1.0 / (1.0 - t).sqrt(), 2.0),
+            (
+                [2, 2],
+                |t| 1.0 / (t * (1.0 - t)).sqrt(),
+                core::f64::consts::PI,
+            ),
+        ] {
+            let [integral, one] = of(powers, f);
+            assert!((integral - right).abs() < 1e-4, "{powers:?}: {integral}");
+            assert!((one - 1.0).abs() < 1e-6, "{powers:?}: {one}");
+        }
+        let mut t = 0.3;
+        let uniform = [CellEnd {
+            power: 1,
+            nearest: 0.0,
+        }; 2];
+        assert_eq!((towards_ends(&mut t, &uniform), t), (1.0, 0.3));
+    }
 }

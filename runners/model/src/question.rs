@@ -93,6 +93,8 @@ pub struct ResolventAnswer {
     pub rounds: u32,
     /// Why they ended.
     pub stop: StopReason,
+    /// Why the error that is asked for was not reached, if it is not for the walks or the time that were given.
+    pub reason: Option<String>,
     /// Seconds of the set-up, the choice among it.
     pub setup_seconds: f64,
     /// Seconds of the walks.

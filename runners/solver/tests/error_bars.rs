@@ -164,7 +164,22 @@ fn cases() -> Vec<Case> {
             &[0.5],
             [5.0 / 3.0; 2],
             1e-3,
-            0,
+            40,
+        ),
+        case(
+            "singular at both ends",
+            on(
+                1.0,
+                |x, y| 0.1 * (1.0 + x) / (y * (1.0 - y)).sqrt(),
+                |_| 1.0,
+            ),
+            &[0.5],
+            // u = 1 + 0.1 c (1 + x), where c is ∫ u/√(y(1 − y)) = π (1 + 0.15 c).
+            [1.0, 1.0].map(|one| {
+                one + 0.15 * core::f64::consts::PI / (1.0 - 0.15 * core::f64::consts::PI)
+            }),
+            1e-5,
+            40,
         ),
         case(
             "0.1/r in the plane (E20)",
@@ -225,13 +240,14 @@ fn intervals_hold() {
         .and_then(|text| text.parse().ok());
     let is_long = std::env::var_os("FREDHOLM_LONG").is_some();
     let seeds: Option<u32> = seeds.or(is_long.then_some(200));
+    let mut failures = Vec::new();
     for case in cases() {
         let count = seeds.unwrap_or(case.few);
         let mut all = Vec::new();
         for seed in 1..=u64::from(count) {
             match numbers(&case, seed) {
                 Ok(found) => all.push(found),
-                Err(error) => panic!("{}, seed {seed}: {error}", case.name),
+                Err(error) => failures.push(format!("{}, seed {seed}: {error}", case.name)),
             }
         }
         for goal in 0..if count == 0 { 0 } else { 2 } {
@@ -244,11 +260,10 @@ fn intervals_hold() {
             let name = ["the point", "the mean"][goal];
             println!("{}, {name}: {held} of {count}", case.name);
             let least = 0.95 * f64::from(count) - 4.0 * (0.0475 * f64::from(count)).sqrt();
-            assert!(
-                f64::from(held) >= least,
-                "{}, {name}: {held} of {count}",
-                case.name
-            );
+            if f64::from(held) < least {
+                failures.push(format!("{}, {name}: {held} of {count}", case.name));
+            }
         }
     }
+    assert!(failures.is_empty(), "{failures:?}");
 }

@@ -2,8 +2,8 @@
 
 use fredholm_core::galerkin::{buffer, functions};
 use fredholm_core::resolvent::{
-    AxisNode, CellPoint, Coarse, GalerkinRows, Plan, Regular, Resolvent, ResolventLooks,
-    ResolventTables, grading, is_rough, singularity,
+    AxisNode, CellEnd, CellPoint, Coarse, GalerkinRows, Plan, Regular, Resolvent, ResolventLooks,
+    ResolventTables, ends, grading, is_rough, singularity,
 };
 use fredholm_core::{Real, Tolerance};
 use fredholm_rayon::{Observer, fill_rows};
@@ -18,7 +18,7 @@ use crate::{Error, GlobalField, Goal, Region};
 
 /// The most values that are looked at while walks go on, where they are images.
 pub(super) const MOST_LOOKS: usize = 256;
-/// The exponent of |x − y| over d from which on a kernel is taken to have no integral.
+/// The exponent of |x − y| over d, or of a distance from an end, from which on a kernel is taken to have no integral.
 const LEAST_INFINITE: f64 = 0.995;
 
 /// How values are told: by rows, each with points of its own besides those that all goals share, without any bias; or by
@@ -124,6 +124,7 @@ pub(super) struct Cut<'k, E: Regular, K> {
     pub(super) looks: ResolventLooks,
     pub(super) condition: f64,
     pub(super) near: Vec<i32>,
+    pub(super) ends: Vec<CellEnd>,
     pub(super) rules: [Vec<AxisNode>; 2],
 }
 
@@ -177,8 +178,17 @@ where
             ),
         });
     }
+    let (ends, at_ends) = ends(&equation)?;
+    if at_ends >= LEAST_INFINITE {
+        return Err(Error::Regular {
+            message: format!(
+                "the kernel has no integral: it grows like t^-{at_ends:.2}, where t is the distance of y from an end of its cell"
+            ),
+        });
+    }
     let near = grading(exponent, E::DIMENSION);
-    let rows = GalerkinRows::new(&equation, own, [&rules[0], &rules[1]])?.with_grading(near);
+    let rows = GalerkinRows::new(&equation, own, [&rules[0], &rules[1]])?;
+    let rows = rows.with_ends(&ends)?.with_grading(near);
     let width = cells * own;
     let mut kernel: Vec<f64> = buffer(width.saturating_mul(width))?;
     fill_rows(&mut kernel, own * width, |cell, row| {
@@ -255,6 +265,7 @@ where
         looks: nothing,
         condition,
         near: vec![near; cells],
+        ends,
         rules,
     };
     (cut.looks, cut.near) = cut.look()?;
@@ -306,6 +317,7 @@ where
             stays: &self.looks.stays,
             jumps: &self.looks.jumps,
             near: &self.near,
+            ends: &self.ends,
         }
     }
 
@@ -355,6 +367,7 @@ where
             Functional::Weight(weight) => {
                 let [left, right] = &self.rules;
                 let rows = GalerkinRows::new(&self.equation, own, [left, right])?;
+                let rows = rows.with_ends(&self.ends)?;
                 let cells = moments.chunks_exact_mut(own).zip(&self.measures);
                 for (cell, (to, measure)) in cells.enumerate() {
                     let means = rows.means(cell, &*weight);

@@ -16,7 +16,7 @@ use std::time::Instant;
 
 use fredholm_core::{StopReason, Tolerance};
 
-use crate::numbers::widening;
+use crate::numbers::{short, widening};
 pub use crate::question::{
     FoundField, ResolventAnswer, ResolventEstimate, ResolventFigures, ResolventFound,
     ResolventQuestion, RunReplicates,
@@ -45,6 +45,9 @@ const MOST_ROUND_SECONDS: f64 = 8.0;
 /// Every round has at most so many times the points of the one before, and at least so many times those of all before: longer nets gain more.
 const GROWTH: f64 = 4.0;
 const LEAST_GROWTH: f64 = 1.0;
+/// Times the predicted points, or those of some seconds of one thread if these are more, after which walks end that nothing else ends.
+const MOST_OVER: f64 = 4.0;
+const LEAST_PREDICTED: f64 = 10.0;
 
 /// How large a cut equation may be, and what its functions take.
 #[derive(Clone, Debug)]
@@ -176,6 +179,7 @@ fn walk<'a>(
     let figures = chosen.cut.figures();
     let answer =
         |estimates, [points, steps]: [u64; 2], (rounds, stop), walk_seconds| ResolventAnswer {
+            reason: None,
             estimates,
             cells: chosen.cells,
             degree: chosen.degree,
@@ -238,7 +242,8 @@ fn walk<'a>(
     let has_end = settings.walks.is_some() || settings.time_limit.is_some();
     let (mut points, mut rounds, mut next) = (0.0, 0, first);
     walks.set_gain(chosen.gain);
-    let mut stop = StopReason::Done;
+    let (mut stop, mut reason) = (StopReason::Done, None);
+    let predicted = chosen.points.max(LEAST_PREDICTED / chosen.seconds);
     while points < most {
         let own = next.min(most - points);
         match walks.round(rounds, own, settings.seed, question.watch) {
@@ -264,15 +269,25 @@ fn walk<'a>(
         let off = needed(&estimates).unwrap_or(f64::INFINITY);
         if is_below_rounding(&estimates, &settings.tolerance, figures.rounding) {
             stop = StopReason::ToleranceNotReached;
+            reason = Some("rounding alone leaves more".to_owned());
             break;
         }
         if off <= 1.0 && is_known {
             break;
         }
         // Errors of nets fall about like the number of points.
-        let left = points * off * chosen.seconds;
-        if settings.tolerance.is_some() && !has_end && left > MOST_SECONDS {
+        let all = points * off;
+        let seconds = all * chosen.seconds;
+        let is_long = all > MOST_OVER * predicted || seconds > MOST_SECONDS;
+        if settings.tolerance.is_some() && !has_end && is_long {
             stop = StopReason::ToleranceNotReached;
+            reason = Some(format!(
+                "{} points were predicted to do; by now {} are, which take {} s on one thread; give `walks` or a time limit to go on \
+                 until then",
+                short(chosen.points),
+                short(all),
+                short(seconds)
+            ));
             break;
         }
         let passed = walking.elapsed();
@@ -295,7 +310,10 @@ fn walk<'a>(
     }
     let (estimates, counts) = (walks.estimates(), walks.counts());
     let seconds = walking.elapsed().as_secs_f64();
-    let answer = answer(estimates, counts, (rounds, stop), seconds);
+    let answer = ResolventAnswer {
+        reason,
+        ..answer(estimates, counts, (rounds, stop), seconds)
+    };
     let imaging = Instant::now();
     let field = walks.into_found().zip(chosen.by);
     let field = field.map(|((looks, blocks), by)| {

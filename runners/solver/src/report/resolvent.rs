@@ -99,7 +99,7 @@ impl Report {
             seed: settings.seed,
             part: None,
             stop: answer.stop,
-            reason: None,
+            reason: answer.reason.clone(),
             sweeps: 0,
             residual: 0.0,
             shared: goals.len().max(1),
@@ -142,12 +142,12 @@ impl Report {
             steps: first.states().saturating_sub(first.walks()),
             rounds: first.replicates(),
             stop: answer.outcome.stop,
+            reason: answer.gave_up.as_ref().map(ToString::to_string),
             setup_seconds: answer.setup_seconds,
             walk_seconds: answer.walk_seconds,
         };
         let mut report = Self {
             batch: settings.batch(),
-            reason: answer.gave_up.as_ref().map(ToString::to_string),
             ..Self::of_resolvent(run.model, run.goals, run.exact, settings, &found)
         };
         let goals = report.goals.iter_mut().zip(&answer.outcome.statistics);
