@@ -178,7 +178,7 @@ fn cases() -> Vec<Case> {
             [1.0, 1.0].map(|one| {
                 one + 0.15 * core::f64::consts::PI / (1.0 - 0.15 * core::f64::consts::PI)
             }),
-            1e-5,
+            1e-4,
             40,
         ),
         case(
