@@ -168,7 +168,7 @@ pub struct GalerkinRows<'a, E: Regular> {
     functions: usize,
     left: CubeNodes,
     right: CubeNodes,
-    /// The same of every cell that has ends; or nothing.
+    /// Both rules of every cell that has ends; or nothing.
     of_ends: Vec<Option<[CubeNodes; 2]>>,
     /// The rule on the right.
     axis: Vec<AxisNode>,

@@ -9,9 +9,10 @@ use fredholm::{
     CircleModel, CubeModel, CustomModel, Method, Model, Pairs, Region, RoomModel, Scalar,
     SceneModel, Sequence, Solver, SphereModel,
 };
-use fredholm_core::galerkin::Cells;
-use fredholm_core::resolvent::Regular;
-use fredholm_core::{Located, Space};
+
+use common::Line;
+
+mod common;
 
 /// A kind, by its name.
 struct Kind {
@@ -19,54 +20,8 @@ struct Kind {
     model: Box<dyn Model>,
 }
 
-/// ½ x y on [0, 1], as one's own.
-#[derive(Clone)]
-struct Own;
-
-impl Space for Own {
-    type Scalar = f64;
-    type Point = f64;
-}
-
-impl Cells for Own {
-    const DIMENSION: usize = 1;
-
-    fn cells(&self) -> usize {
-        1
-    }
-
-    fn locate(&self, _: &f64) -> usize {
-        0
-    }
-
-    fn measure(&self, _: usize) -> f64 {
-        1.0
-    }
-
-    fn point(&self, _: usize, t: &[f64]) -> f64 {
-        t[0]
-    }
-
-    fn parameters(&self, x: &Located<f64>, t: &mut [f64]) {
-        t[0] = x.point;
-    }
-
-    fn at(&self, x: &[f64]) -> Option<f64> {
-        x.first().copied()
-    }
-}
-
-impl Regular for Own {
-    fn kernel(&self, x: &f64, y: &f64) -> f64 {
-        0.5 * x * y
-    }
-
-    fn source(&self, x: &f64) -> f64 {
-        *x
-    }
-}
-
 fn kinds() -> [Kind; 6] {
+    let own = Line(|x: f64, y: f64| 0.5 * x * y, |x: f64| x);
     let wave = Harmonic {
         constant: 5.0,
         amplitude: 1.0,
@@ -120,7 +75,7 @@ fn kinds() -> [Kind; 6] {
             Box::new(SceneModel::new(surfaces.collect(), Enclosure::Closed, Scalar::F64).unwrap()),
         ),
         kind("sphere", Box::new(SphereModel::new(sphere))),
-        kind("own", Box::new(CustomModel::from_kernel(Own))),
+        kind("own", Box::new(CustomModel::from_kernel(own))),
     ]
 }
 

@@ -7,9 +7,11 @@ use fredholm::{
     CubeModel, Error, Goal, Method, Pairs, Region, Report, Scalar, Sequence, Settings, SolveError,
     Solver, Tolerance,
 };
-use fredholm_core::galerkin::Cells;
 use fredholm_core::resolvent::Regular;
-use fredholm_core::{Located, Space};
+
+use common::Line;
+
+mod common;
 
 /// An equation on an interval with what is known of its solution.
 struct Case {
@@ -359,45 +361,6 @@ fn what_has_no_solution_is_refused() {
     ));
 }
 
-/// u(x) = ³⁄₂ x ∫ y u(y) dy + F(x), where F is 1 beyond 0.4 and 0 before: u(x) = 1.26 x + F(x).
-struct Step;
-
-impl Space for Step {
-    type Scalar = f64;
-    type Point = f64;
-}
-
-impl Cells for Step {
-    const DIMENSION: usize = 1;
-    fn cells(&self) -> usize {
-        1
-    }
-    fn locate(&self, _: &f64) -> usize {
-        0
-    }
-    fn measure(&self, _: usize) -> f64 {
-        1.0
-    }
-    fn point(&self, _: usize, t: &[f64]) -> f64 {
-        t[0]
-    }
-    fn parameters(&self, x: &Located<f64>, t: &mut [f64]) {
-        t[0] = x.point;
-    }
-    fn at(&self, x: &[f64]) -> Option<f64> {
-        x.first().copied()
-    }
-}
-
-impl Regular for Step {
-    fn kernel(&self, x: &f64, y: &f64) -> f64 {
-        1.5 * x * y
-    }
-    fn source(&self, x: &f64) -> f64 {
-        f64::from(u8::from(*x > 0.4))
-    }
-}
-
 /// Values at points, and the mean.
 struct Values;
 
@@ -412,7 +375,12 @@ impl<E: Regular<Point = f64>> RegularKind<E> for Values {
 
 /// Estimates of u(0.95) and the mean on few cells of degree 0, by a resolvent on still fewer, which is about as bad as one may be.
 fn by_coarse([cells, coarse]: [usize; 2], seed: u64) -> [f64; 2] {
-    let grid = |cells| Grid::new(Step, &[], cells);
+    // u(x) = ³⁄₂ x ∫ y u(y) dy + F(x), where F is 1 beyond 0.4 and 0 before: u(x) = 1.26 x + F(x).
+    let step = Line(
+        |x: f64, y: f64| 1.5 * x * y,
+        |x: f64| f64::from(u8::from(x > 0.4)),
+    );
+    let grid = |cells| Grid::new(step, &[], cells);
     let cut = cut_of(grid(cells), &Values, 0, Some((grid(coarse), 0))).unwrap();
     let goals = [
         Goal::new("point", Region::Point(vec![0.95])),

@@ -3,13 +3,13 @@
 use fredholm_model::{GlobalQuantity, IMAGE_HEAD};
 use fredholm_variance::gauss;
 
-use super::{GlobalEstimate, GlobalValue, QUADRATURE_SHARE};
+use super::{GlobalEstimate, GlobalValue};
 use crate::{Error, Goal, Region};
 
 /// Gauss points along every axis of a cell, more and more.
-const POINTS: [usize; 6] = [1, 2, 3, 5, 8, 12];
-/// What moves fall by where u is smooth on a cell: one point is off by u″h²/24 and two by u⁗h⁴/4320, and h is the length on which u changes.
-const SMOOTH: f64 = 24.0 / 4320.0;
+const POINTS: [usize; 5] = [2, 3, 5, 8, 12];
+/// The part of a standard error that a rule may move a mean by: it makes the error a two-hundredth larger.
+const MOVED_SHARE: f64 = 0.1;
 /// Cells at once: images of their points are in memory together.
 const CELLS: usize = 256;
 /// The most axes of a cell: of four, every rule takes as many points as a grid has for all cells of three.
@@ -21,9 +21,8 @@ impl GlobalEstimate<'_> {
     /// taken in the coordinates of the points: angles, those of a cube, shares of the length of a part. From an angle to one that is
     /// not larger it goes past 0.
     ///
-    /// Every mean has a standard error and no band. It is a Gauss rule, with more points until what it may be off is a hundredth of its
-    /// standard error or less, or none is taken. `quadrature_error` says how much that is: what the last rule moved it by, and where
-    /// moves fall as those of smooth functions do, what the next one would.
+    /// Every mean has a standard error and no band. It is a Gauss rule, with more points until it moves by a tenth of
+    /// its standard error or less, or none is taken: `quadrature_error` says by how much it moved last.
     ///
     /// ```
     /// use fredholm::{CubeModel, Region, Solver};
@@ -52,34 +51,29 @@ impl GlobalEstimate<'_> {
 
     fn means(&self, cells: &[Vec<Region>]) -> Result<Vec<GlobalValue>, Error> {
         let mut means: Vec<Option<GlobalValue>> = vec![None; cells.len()];
-        let mut moves = vec![f64::INFINITY; cells.len()];
         let mut open: Vec<usize> = (0..cells.len()).collect();
         for points in POINTS {
             if open.is_empty() {
                 break;
             }
             let now = self.by_rule(open.iter().map(|&i| &cells[i][..]), points)?;
-            for (&i, now) in open.iter().zip(now) {
-                let before = moves[i];
-                if let Some(old) = means[i] {
-                    moves[i] = (now.estimate - old.estimate).abs();
-                }
-                let falls = moves[i] / before;
-                let left = match before.is_finite() && falls < SMOOTH {
-                    true => falls,
-                    false => 1.0,
-                };
+            let old = open.iter().map(|&i| means[i]);
+            let moved = now.iter().zip(old).map(|(now, old)| match old {
+                Some(old) => (now.estimate - old.estimate).abs(),
+                None => f64::INFINITY,
+            });
+            let moved: Vec<f64> = moved.collect();
+            for ((&i, now), &moved) in open.iter().zip(now).zip(&moved) {
                 means[i] = Some(GlobalValue {
-                    quadrature_error: (moves[i] * left).max(now.quadrature_error),
+                    quadrature_error: moved.max(now.quadrature_error),
                     ..now
                 });
             }
+            let mut moved = moved.into_iter();
             open.retain(|&i| {
-                means[i].is_some_and(|mean| {
-                    let error = mean.std_error.unwrap_or(0.0);
-                    let may = (QUADRATURE_SHARE * error).max(self.summary.rounding_floor);
-                    mean.quadrature_error > may
-                })
+                let error = means[i].and_then(|mean| mean.std_error).unwrap_or(0.0);
+                let may = (MOVED_SHARE * error).max(self.summary.rounding_floor);
+                moved.next().is_some_and(|moved| moved > may)
             });
         }
         let mean = |mean: Option<GlobalValue>| mean.ok_or(Error::Internal("a cell without a mean"));
