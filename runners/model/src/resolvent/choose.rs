@@ -156,6 +156,38 @@ struct Look {
     floor: f64,
 }
 
+impl Look {
+    /// Whether the matrix has an inverse.
+    const fn is_solved(&self) -> bool {
+        self.radius != f64::INFINITY
+    }
+
+    /// Cells whose matrix has none, as 1 is an eigenvalue of K' as far as numbers tell: it need not be one of K.
+    const fn singular(level: usize, degree: usize, unknowns: f64, setup: f64) -> Self {
+        let rows = Way {
+            by: None,
+            nets: Nets::NONE,
+            work: 1.0,
+            strata: 1.0,
+            points: 1.0,
+            point: 1.0,
+            images: 0.0,
+        };
+        Self {
+            level,
+            degree,
+            unknowns,
+            setup,
+            coarse: None,
+            rows,
+            images: None,
+            radius: f64::INFINITY,
+            condition: f64::INFINITY,
+            floor: f64::INFINITY,
+        }
+    }
+}
+
 /// The looks so far.
 struct Search<'q, 'a> {
     question: &'q ResolventQuestion<'q>,
@@ -165,6 +197,8 @@ struct Search<'q, 'a> {
     error: Option<f64>,
     looks: Vec<Look>,
     best: Option<(Chosen<'a>, f64)>,
+    /// Why the last cells were refused whose matrix has no inverse.
+    singular: Option<Error>,
 }
 
 /// The cells and the degree of least time, and their solved system.
@@ -184,6 +218,7 @@ pub(super) fn choose<'a>(
         error: None,
         looks: Vec::new(),
         best: None,
+        singular: None,
     };
     for &degree in &degrees {
         let levels = 0..sizes.levels.len();
@@ -225,14 +260,15 @@ pub(super) fn choose<'a>(
     }
     match search.best {
         Some((chosen, _)) => Ok(chosen),
-        None => Err(refused(&search.looks)),
+        None => Err(refused(&search.looks, search.singular)),
     }
 }
 
 /// Nothing serves.
-fn refused(looks: &[Look]) -> Error {
-    let Some(best) = looks.iter().min_by(|a, b| a.radius.total_cmp(&b.radius)) else {
-        return Error::NoSetting;
+fn refused(looks: &[Look], singular: Option<Error>) -> Error {
+    let solved = looks.iter().filter(|look| look.is_solved());
+    let Some(best) = solved.min_by(|a, b| a.radius.total_cmp(&b.radius)) else {
+        return singular.unwrap_or(Error::NoSetting);
     };
     let most = looks.iter().map(|look| look.unknowns).fold(0.0, f64::max);
     let Look {
@@ -342,6 +378,10 @@ impl<'a> Search<'_, 'a> {
     fn next(&self, degree: usize) -> Option<Look> {
         let mut own = self.looks.iter().rev().filter(|look| look.degree == degree);
         let (last, before) = (own.next()?, own.next());
+        if !last.is_solved() && before.is_some_and(|before| !before.is_solved()) {
+            return None;
+        }
+        let before = before.filter(|before| before.is_solved());
         let count = self.sizes.levels.len();
         let doubled =
             |&level: &usize| self.unknowns(level, degree) as f64 >= DOUBLE * last.unknowns;
@@ -394,7 +434,16 @@ impl<'a> Search<'_, 'a> {
         let [cells, _] = self.sizes.levels[level];
         let goals = self.question.goals;
         let (setup, coarse) = self.setup(level, degree);
-        let cut = (self.make)([cells, degree], coarse)?;
+        let cut = match (self.make)([cells, degree], coarse) {
+            Err(error @ Error::Regular { .. }) => {
+                let unknowns = self.unknowns(level, degree) as f64;
+                self.looks
+                    .push(Look::singular(level, degree, unknowns, setup));
+                self.singular = Some(error);
+                return Ok(());
+            }
+            made => made?,
+        };
         let walks = cut.walks(goals, None)?;
         let known: Vec<f64> = walks.known().into_iter().map(f64::abs).collect();
         let largest = known.iter().copied().fold(0.0, f64::max);

@@ -27,7 +27,7 @@ pub(super) fn inverse(kernel: &[f64], width: usize) -> Result<(Vec<f64>, f64), E
         }
         match factors.solve(&mut DMatrixViewMut::from_slice(rows, width, count)) {
             true => Ok(()),
-            false => Err(singular()),
+            false => Err(singular(width, f64::INFINITY)),
         }
     })?;
     let rows = inverse.chunks_exact(width);
@@ -36,7 +36,7 @@ pub(super) fn inverse(kernel: &[f64], width: usize) -> Result<(Vec<f64>, f64), E
     // Written so that NaN is refused.
     match condition < MOST_CONDITION {
         true => Ok((inverse, condition)),
-        false => Err(singular()),
+        false => Err(singular(width, condition)),
     }
 }
 
@@ -46,15 +46,17 @@ pub(super) fn factors(kernel: &[f64], width: usize) -> Result<(Factors, f64), Er
     let condition = factors.norm * factors.norm_of_inverse();
     match condition < MOST_CONDITION {
         true => Ok((factors, condition)),
-        false => Err(singular()),
+        false => Err(singular(width, condition)),
     }
 }
 
 /// No solution, or more than one.
-fn singular() -> Error {
+fn singular(width: usize, condition: f64) -> Error {
     Error::Regular {
-        message: "the equation has no solution, or more than one: 1 is an eigenvalue of its kernel, as far as the cells tell"
-            .to_owned(),
+        message: format!(
+            "as far as numbers tell 1 is an eigenvalue of the kernel, so that there is no solution, or more than one: on {width} unknowns \
+             the condition number of the equation is {condition:.1e}, and rounding leaves no digit"
+        ),
     }
 }
 
