@@ -339,10 +339,12 @@ impl<'a> Search<'_, 'a> {
         let Some((best, least)) = &self.best else {
             return true;
         };
-        match (self.error, self.question.settings.time_limit) {
-            (Some(_), _) => setup < *least,
-            (None, Some(limit)) => setup < limit.as_secs_f64(),
-            (None, None) => setup < MOST_UNASKED.max(best.points * best.seconds),
+        let limit = self.question.settings.time_limit;
+        let limit = limit.map_or(f64::INFINITY, |limit| limit.as_secs_f64());
+        match self.error {
+            Some(_) => setup < least.min(limit),
+            None if limit.is_finite() => setup < limit,
+            None => setup < MOST_UNASKED.max(best.points * best.seconds),
         }
     }
 
