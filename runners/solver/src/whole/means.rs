@@ -3,13 +3,11 @@
 use fredholm_model::{GlobalQuantity, IMAGE_HEAD};
 use fredholm_variance::gauss;
 
-use super::{GlobalEstimate, GlobalValue};
+use super::{GlobalEstimate, GlobalValue, QUADRATURE_SHARE};
 use crate::{Error, Goal, Region};
 
 /// Gauss points along every axis of a cell, more and more.
 const POINTS: [usize; 5] = [2, 3, 5, 8, 12];
-/// The part of a standard error that a rule may move a mean by: it makes the error a two-hundredth larger.
-const MOVED_SHARE: f64 = 0.1;
 /// Cells at once: images of their points are in memory together.
 const CELLS: usize = 256;
 /// The most axes of a cell: of four, every rule takes as many points as a grid has for all cells of three.
@@ -21,7 +19,7 @@ impl GlobalEstimate<'_> {
     /// taken in the coordinates of the points: angles, those of a cube, shares of the length of a part. From an angle to one that is
     /// not larger it goes past 0.
     ///
-    /// Every mean has a standard error and no band. It is a Gauss rule, with more points until it moves by a tenth of
+    /// Every mean has a standard error and no band. It is a Gauss rule, with more points until it moves by a hundredth of
     /// its standard error or less, or none is taken: `quadrature_error` says by how much it moved last.
     ///
     /// ```
@@ -72,7 +70,7 @@ impl GlobalEstimate<'_> {
             let mut moved = moved.into_iter();
             open.retain(|&i| {
                 let error = means[i].and_then(|mean| mean.std_error).unwrap_or(0.0);
-                let may = (MOVED_SHARE * error).max(self.summary.rounding_floor);
+                let may = (QUADRATURE_SHARE * error).max(self.summary.rounding_floor);
                 moved.next().is_some_and(|moved| moved > may)
             });
         }
