@@ -23,8 +23,9 @@ const GAUSS: [[f64; 2]; 5] = [
 /// Intervals of the rule between two places where something is not smooth.
 const PARTS: usize = 12;
 
-/// What a member may take.
+/// What a member may take, and what it may take to show whether more time finds cells that serve.
 const LIMIT: Duration = Duration::from_secs(5);
+const LONGER: Duration = Duration::from_secs(120);
 
 /// Draws of a member.
 struct Draws(RngUniforms<DefaultGenerator>);
@@ -274,13 +275,18 @@ impl Member {
         best
     }
 
-    fn solve(&self) -> Outcome {
+    fn solve(&self, limit: Duration) -> Outcome {
         let model = self.of_dimension();
-        let (solved, seconds) = self.asked(&model, None, LIMIT);
+        let (solved, seconds) = self.asked(&model, None, limit);
         let (report, is_reached) = match solved {
             Ok(report) => (report, true),
             Err(SolveError::NotReached(report)) => (*report, false),
-            Err(error) => return Outcome::Refused(error.to_string()),
+            Err(error) => {
+                return Outcome::Refused {
+                    why: error.to_string(),
+                    seconds,
+                };
+            }
         };
         let means = self
             .shapes
@@ -309,7 +315,10 @@ enum Outcome {
         is_reached: bool,
         seconds: f64,
     },
-    Refused(String),
+    Refused {
+        why: String,
+        seconds: f64,
+    },
 }
 
 impl fmt::Display for Outcome {
@@ -327,7 +336,7 @@ impl fmt::Display for Outcome {
                 };
                 write!(f, "z {point:.2} and {mean:.2} in {seconds:.2} s{end}")
             }
-            Self::Refused(why) => f.write_str(why),
+            Self::Refused { why, seconds } => write!(f, "{why} (in {seconds:.2} s)"),
         }
     }
 }
@@ -354,15 +363,21 @@ fn members() -> Range<u64> {
 #[test]
 fn a_random_family_is_solved_or_refused_for_a_reason() {
     let (mut solved, mut beyond, mut worst) = (0, 0, 0.0_f64);
+    let (mut late, mut refused, mut failures) = (0, 0, Vec::new());
     let has_ladder = std::env::var_os("FREDHOLM_LADDER").is_some();
     let mut ratios = Vec::new();
     for number in members() {
         let member = Member::new(number);
-        let outcome = member.solve();
+        let mut outcome = member.solve(LIMIT);
         println!(
             "{number:>4} {:?} on a length of {:.3}, times {:.3e}: {outcome}",
             member.factors, member.length, member.scale
         );
+        if matches!(&outcome, Outcome::Refused { why, .. } if why.contains("the time limit")) {
+            late += 1;
+            outcome = member.solve(LONGER);
+            println!("     with a longer time limit: {outcome}");
+        }
         if let (
             Outcome::Solved {
                 seconds,
@@ -377,10 +392,13 @@ fn a_random_family_is_solved_or_refused_for_a_reason() {
             ratios.push(seconds / best);
         }
         match outcome {
-            Outcome::Refused(why) => {
+            Outcome::Refused { why, .. } => {
+                refused += 1;
                 let has_reason = why.contains("the spectral radius of (1 + |R|)|K - K_n| is")
                     || why.contains("the condition number of the equation is");
-                assert!(has_reason, "{number}: {why}");
+                if !has_reason {
+                    failures.push(format!("{number}: {why}"));
+                }
             }
             Outcome::Solved { z, .. } => {
                 for z in z {
@@ -400,7 +418,10 @@ fn a_random_family_is_solved_or_refused_for_a_reason() {
             ratios.len()
         );
     }
-    println!("{solved} estimates, {beyond} beyond 2, the worst {worst:.2}");
+    println!(
+        "{solved} estimates, {beyond} beyond 2, the worst {worst:.2}; {refused} members refused, {late} took longer than {LIMIT:?}"
+    );
+    assert!(failures.is_empty(), "{failures:#?}");
     let mean = 0.0455 * f64::from(solved);
     assert!(worst < 6.0, "{worst}");
     assert!(

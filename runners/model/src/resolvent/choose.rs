@@ -199,6 +199,8 @@ struct Search<'q, 'a> {
     best: Option<(Chosen<'a>, f64)>,
     /// Why the last cells were refused whose matrix has no inverse.
     singular: Option<Error>,
+    /// Whether more cells would have taken longer than the time limit.
+    is_late: bool,
 }
 
 /// The cells and the degree of least time, and their solved system.
@@ -219,6 +221,7 @@ pub(super) fn choose<'a>(
         looks: Vec::new(),
         best: None,
         singular: None,
+        is_late: false,
     };
     for &degree in &degrees {
         let levels = 0..sizes.levels.len();
@@ -239,6 +242,7 @@ pub(super) fn choose<'a>(
             .map_or(f64::INFINITY, |(_, least)| *least);
         let is_found = search.best.is_some();
         let next = degrees.iter().filter_map(|&degree| search.next(degree));
+        let next: Vec<Look> = next.collect();
         // Before anything serves, what brings the radius down most, and then, as that is no more than a guess, what takes least.
         let order = |look: &Look| match (is_found, look.unknowns > FEW) {
             (true, _) => (false, search.price(look).0),
@@ -249,10 +253,13 @@ pub(super) fn choose<'a>(
             let ((a_is_late, a), (b_is_late, b)) = (order(a), order(b));
             a_is_late.cmp(&b_is_late).then(a.total_cmp(&b))
         };
-        let Some(next) = next.min_by(first) else {
+        let left = search.seconds_left();
+        let in_time = next.iter().filter(|look| is_found || look.setup <= left);
+        let Some(next) = in_time.min_by(|a, b| first(a, b)) else {
+            search.is_late = !next.is_empty();
             break;
         };
-        let pays = search.price(&next).0 < PAYS * least && search.may_pay(next.setup);
+        let pays = search.price(next).0 < PAYS * least && search.may_pay(next.setup);
         if is_found && !pays {
             break;
         }
@@ -260,12 +267,19 @@ pub(super) fn choose<'a>(
     }
     match search.best {
         Some((chosen, _)) => Ok(chosen),
-        None => Err(refused(&search.looks, search.singular)),
+        None => Err(refused(search)),
     }
 }
 
-/// Nothing serves.
-fn refused(looks: &[Look], singular: Option<Error>) -> Error {
+/// Nothing serves, or nothing that could be looked at in the time limit.
+fn refused(search: Search<'_, '_>) -> Error {
+    let Search {
+        looks,
+        singular,
+        question,
+        is_late,
+        ..
+    } = search;
     let solved = looks.iter().filter(|look| look.is_solved());
     let Some(best) = solved.min_by(|a, b| a.radius.total_cmp(&b.radius)) else {
         return singular.unwrap_or(Error::NoSetting);
@@ -274,11 +288,19 @@ fn refused(looks: &[Look], singular: Option<Error>) -> Error {
     let Look {
         radius, condition, ..
     } = best;
+    let limit = question.settings.time_limit.filter(|_| is_late);
+    let (within, more) = match limit {
+        Some(limit) => (
+            format!(", and more take longer than the time limit of {limit:?}"),
+            "a longer time limit, ",
+        ),
+        None => (String::new(), ""),
+    };
     Error::Regular {
         message: format!(
-            "the kernel is not known well enough on up to {most} unknowns: the spectral radius of (1 + |R|)|K - K_n| is {radius:.2} at \
-             best, and it must be below {MOST_RADIUS} (the condition number of the equation is {condition:.1e}); give more `cells` or \
-             another `degree`"
+            "the kernel is not known well enough on up to {most} unknowns{within}: the spectral radius of (1 + |R|)|K - K_n| is \
+             {radius:.2} at best, and it must be below {MOST_RADIUS} (the condition number of the equation is {condition:.1e}); give \
+             {more}more `cells` or another `degree`"
         ),
     }
 }
@@ -339,13 +361,19 @@ impl<'a> Search<'_, 'a> {
         let Some((best, least)) = &self.best else {
             return true;
         };
-        let limit = self.question.settings.time_limit;
-        let limit = limit.map_or(f64::INFINITY, |limit| limit.as_secs_f64());
+        let left = self.seconds_left();
         match self.error {
-            Some(_) => setup < least.min(limit),
-            None if limit.is_finite() => setup < limit,
+            Some(_) => setup < least.min(left),
+            None if left.is_finite() => setup < left,
             None => setup < MOST_UNASKED.max(best.points * best.seconds),
         }
+    }
+
+    /// Seconds of the time limit that set-ups have left, as they are predicted: the clock would choose other cells from run to run.
+    fn seconds_left(&self) -> f64 {
+        let limit = self.question.settings.time_limit;
+        let limit = limit.map_or(f64::INFINITY, |limit| limit.as_secs_f64());
+        limit - self.looks.iter().map(|look| look.setup).sum::<f64>()
     }
 
     /// What is to be small: seconds, or, without an error that is asked for, variance times seconds; and the way for which it is.

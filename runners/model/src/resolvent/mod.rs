@@ -191,12 +191,13 @@ fn walk<'a>(
             setup_seconds,
             walk_seconds,
         };
+    // What a point takes is not known of functions of somebody else's: with a time limit the clock is looked at from early on.
     let first = match settings.tolerance {
-        Some(_) => {
+        Some(_) if settings.time_limit.is_none() => {
             let most = FIRST_SECONDS / chosen.seconds;
             (FIRST_SHARE * chosen.points).clamp(FIRST, most.max(FIRST))
         }
-        None => FIRST,
+        _ => FIRST,
     };
     if question.is_prediction {
         // The first round has some in any case.
