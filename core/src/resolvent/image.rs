@@ -4,7 +4,7 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 use super::setup::{AxisNode, CubeNodes};
-use super::walk::power_of;
+use super::walk::{drawn_near, power_of, towards_ends};
 use super::{CellPoint, MOST_SCORED, Regular, Resolvent};
 use crate::galerkin::{GalerkinError, MOST_DIMENSIONS, fill_products, reserve};
 use crate::{Real, Uniforms};
@@ -75,8 +75,8 @@ pub fn total_degrees(dimension: usize, degree: usize) -> Vec<usize> {
 /// Images of points: ∫ K(x, y) g(y) and ∫ K(x, y) ψ(y) over every cell.
 ///
 /// A cell is cut in two along every axis where two rules of different orders disagree; that of x is cut at x first, and has rules that draw
-/// near where K is singular there. Where so many cuts would take too long, as along a jump in two dimensions, what is left is sampled,
-/// and no bias is.
+/// near where K is singular there, and so have cells with [ends](super::ResolventTables::ends). Where so many cuts would take too long, as
+/// along a jump in two dimensions, what is left is sampled, and no bias is.
 #[derive(Debug)]
 pub struct Images<'a, E: Regular> {
     resolvent: Resolvent<'a, E>,
@@ -120,13 +120,6 @@ impl Anchor {
     }
 }
 
-impl Part {
-    /// Whether it is all of a cell.
-    const fn is_whole(&self) -> bool {
-        self.anchor.is_none() && self.halvings == 0
-    }
-}
-
 /// What is seen at a node, times the size of its part.
 #[derive(Clone, Copy, Debug)]
 struct Node {
@@ -143,21 +136,22 @@ struct Sums<'s> {
 }
 
 impl<'a, E: Regular> Images<'a, E> {
-    /// Images with integrals of so many functions on a cell, by two rules of an axis that are compared, of which the second one counts; and
-    /// by two others on small parts.
+    /// Images with integrals of so many functions on a cell, by two rules that are compared, of which the second one counts; and by two others
+    /// on small parts. A rule has nodes for one axis, or for every axis its own: a jump along a diagonal then has none of them on it.
     ///
     /// # Errors
     /// [`GalerkinError::Memory`].
     pub fn new(
         resolvent: Resolvent<'a, E>,
         scored: usize,
-        [rules, small]: [&[Vec<AxisNode>; 2]; 2],
+        [rules, small]: [&[Vec<Vec<AxisNode>>; 2]; 2],
     ) -> Result<Self, GalerkinError> {
-        let cube = |[one, other]: &[Vec<AxisNode>; 2], functions| -> Result<_, GalerkinError> {
-            let [one, other] =
-                [one, other].map(|axis| CubeNodes::new(axis, E::DIMENSION, functions));
-            Ok([one?, other?])
-        };
+        let cube =
+            |[one, other]: &[Vec<Vec<AxisNode>>; 2], functions| -> Result<_, GalerkinError> {
+                let [one, other] =
+                    [one, other].map(|axes| CubeNodes::new(axes, E::DIMENSION, functions));
+                Ok([one?, other?])
+            };
         let mut images = Self {
             scored,
             rules: cube(rules, scored)?,
@@ -351,6 +345,11 @@ impl<'a, E: Regular> Images<'a, E> {
         None
     }
 
+    /// Whether a part is all of a cell, where g is known in the nodes of its rules.
+    fn is_whole(&self, part: &Part) -> bool {
+        part.anchor.is_none() && part.halvings == 0 && !self.resolvent.has_ends(part.cell)
+    }
+
     /// The rules of a part, and the number of functions of polynomials near K g there.
     fn rules_of(&self, part: &Part) -> (&[CubeNodes; 2], usize) {
         match part.halvings < SMALL {
@@ -369,7 +368,7 @@ impl<'a, E: Regular> Images<'a, E> {
             let count = rule.shares.len();
             nodes.clear();
             sums.image.evaluations += count as u64;
-            if !part.is_whole() {
+            if !self.is_whole(part) {
                 let places = rule.places.chunks_exact(E::DIMENSION);
                 nodes.extend(places.map(|at| self.node(x, part, at)));
                 continue;
@@ -407,7 +406,7 @@ impl<'a, E: Regular> Images<'a, E> {
         let mut there = [0.0; MOST_SCORED];
         for ((at, share, functions), node) in rule.iter(E::DIMENSION, count).zip(nodes) {
             let mut functions = functions;
-            if !part.is_whole() {
+            if !self.is_whole(part) {
                 let (t, _) = self.place(part, at);
                 let there = there.get_mut(..self.scored).unwrap_or(&mut []);
                 fill_products(t.get(..E::DIMENSION).unwrap_or(&[]), there);
@@ -480,20 +479,33 @@ impl<'a, E: Regular> Images<'a, E> {
         // Rounding tells points apart that are as far as that.
         let epsilon = <E::Scalar as Real>::EPSILON.to_f64();
         let nearest = 4.0 * epsilon * self.resolvent.tables.measures.len() as f64;
+        let all_ends = self.resolvent.ends_of(part.cell);
         let axes = place.iter_mut().zip(at).zip(&part.low);
         for (axis, ((t, at), low)) in axes.enumerate().take(E::DIMENSION) {
             let own = low + width * at;
             share *= width;
+            let ends = all_ends.get(2 * axis..2 * (axis + 1)).unwrap_or(&[]);
             let Some(anchor) = &part.anchor else {
                 *t = own;
+                share *= towards_ends(t, ends);
                 continue;
             };
             let (length, side) = anchor.reach(axis);
-            let near = power_of(own, anchor.power - 1);
+            let end = if side > 0.0 {
+                ends.last()
+            } else {
+                ends.first()
+            };
+            let power = end.map_or(1, |end| end.power);
+            let (is_far, part, own) = drawn_near(own, [anchor.power, power]);
+            let distance = length * part;
+            share *= length * own;
             let from = anchor.at.get(axis).copied().unwrap_or(f64::NAN);
-            let distance = (length * near * own).max(nearest);
-            *t = (from + side * distance).clamp(0.0, 1.0);
-            share *= length * f64::from(anchor.power) * near;
+            *t = match (end, side > 0.0) {
+                (Some(end), true) if is_far => 1.0 - distance.max(end.nearest),
+                (Some(end), false) if is_far => distance.max(end.nearest),
+                _ => (from + side * distance.max(nearest)).clamp(0.0, 1.0),
+            };
         }
         (place, share)
     }
@@ -578,7 +590,7 @@ mod tests {
             node(1.0, 1.0 / 6.0),
         ];
         let gauss = [0.5 - 0.75_f64.sqrt() / 3.0, 0.5 + 0.75_f64.sqrt() / 3.0];
-        let rules = [closed, gauss.map(|at| node(at, 0.5)).to_vec()];
+        let rules = [closed, gauss.map(|at| node(at, 0.5)).to_vec()].map(|axis| vec![axis]);
         let zeros = [0.0];
         let tables = ResolventTables {
             functions: 1,

@@ -71,19 +71,20 @@ pub(super) struct CubeNodes {
 }
 
 impl CubeNodes {
-    /// The tensor product of a rule.
+    /// The tensor product of rules, one for each axis, from the first one on again where these are more.
     pub(super) fn new(
-        axis: &[AxisNode],
+        rules: &[impl AsRef<[AxisNode]>],
         dimension: usize,
         functions: usize,
     ) -> Result<Self, GalerkinError> {
-        let count = axis.len().saturating_pow(dimension as u32);
+        let axes = || rules.iter().map(AsRef::as_ref).cycle().take(dimension);
+        let count = axes().map(<[_]>::len).fold(1, usize::saturating_mul);
         let (mut places, mut shares) = (reserve(count.saturating_mul(dimension))?, reserve(count)?);
         let mut all = buffer(count.saturating_mul(functions))?;
         for (number, own) in all.chunks_exact_mut(functions.max(1)).enumerate() {
             let (mut rest, mut share) = (number, 1.0);
             let first = places.len();
-            for _ in 0..dimension {
+            for axis in axes() {
                 if let Some(node) = axis.get(rest % axis.len()) {
                     places.push(node.at);
                     share *= node.share;
@@ -191,8 +192,8 @@ impl<'a, E: Regular> GalerkinRows<'a, E> {
         let mut rows = Self {
             equation,
             functions,
-            left: CubeNodes::new(left, E::DIMENSION, functions)?,
-            right: CubeNodes::new(axis, E::DIMENSION, functions)?,
+            left: CubeNodes::new(&[left], E::DIMENSION, functions)?,
+            right: CubeNodes::new(&[axis], E::DIMENSION, functions)?,
             of_ends: Vec::new(),
             axis: axis.to_vec(),
             points: Vec::new(),

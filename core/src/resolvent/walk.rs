@@ -340,7 +340,7 @@ impl<E: Regular> Resolvent<'_, E> {
     }
 
     /// The ends of a cell, or nothing.
-    fn ends_of(&self, cell: usize) -> &[CellEnd] {
+    pub(super) fn ends_of(&self, cell: usize) -> &[CellEnd] {
         let width = 2 * E::DIMENSION;
         let own = self.tables.ends.get(cell * width..(cell + 1) * width);
         own.unwrap_or(&[])
@@ -519,16 +519,24 @@ pub(super) fn towards_ends(t: &mut f64, ends: &[CellEnd]) -> f64 {
     if low.power.max(high.power) <= 1 {
         return 1.0;
     }
-    // From one end all of the axis is drawn, from two ends half of it each.
-    let has_both = low.power > 1 && high.power > 1;
-    let length = if has_both { 0.5 } else { 1.0 };
-    let is_high = low.power <= 1 || has_both && *t >= 0.5;
-    let end = if is_high { high } else { low };
-    let from = if is_high { 1.0 - *t } else { *t } / length;
-    let near = power_of(from, end.power - 1);
-    let distance = (length * near * from).max(end.nearest);
+    let (is_high, distance, share) = drawn_near(*t, [low.power, high.power]);
+    let nearest = if is_high { high } else { low }.nearest;
+    let distance = distance.max(nearest);
     *t = if is_high { 1.0 - distance } else { distance };
-    f64::from(end.power) * near
+    share
+}
+
+/// A uniform number drawn near to 0 and 1 with these powers, as a distance from 1 or from 0, and its share.
+#[inline]
+pub(super) fn drawn_near(t: f64, [low, high]: [i32; 2]) -> (bool, f64, f64) {
+    // From one end all of the axis is drawn, from two ends half of it each.
+    let has_both = low > 1 && high > 1;
+    let length = if has_both { 0.5 } else { 1.0 };
+    let is_high = high > 1 && (low <= 1 || t >= 0.5);
+    let power = if is_high { high } else { low };
+    let from = if is_high { 1.0 - t } else { t } / length;
+    let near = power_of(from, power - 1);
+    (is_high, length * near * from, f64::from(power) * near)
 }
 
 /// The number above 0 of which this is the power.

@@ -384,7 +384,7 @@ pub(crate) struct SolveArgs {
     /// The problem file (TOML), or - for the standard input
     pub(crate) file: PathBuf,
     /// Answer all targets from one set of walks, with a band that holds for all points together; in scenes, means over
-    /// surfaces. Nothing is chosen: what the file leaves out has its default
+    /// surfaces
     #[arg(long, conflicts_with = "no_global")]
     pub(crate) global: bool,
     /// Walk for every target by itself, also where a target error would be reached sooner from one set of walks
@@ -402,12 +402,13 @@ pub(crate) struct SolveArgs {
     #[arg(long, value_name = "N", value_parser = count::<u64>)]
     pub(crate) walks: Option<u64>,
     /// Stop a target once this standard error is reached
-    #[arg(long, value_name = "E")]
+    #[arg(long, visible_alias = "error", value_name = "E")]
     pub(crate) target_error: Option<f64>,
     /// Interpret the target error relative to the estimate
     #[arg(long)]
     pub(crate) relative: bool,
-    /// Stop walking after this time with what has been done by then; the set-up is not counted
+    /// Stop walking after this time with what has been done by then; the set-up is not counted, but of resolvent walks
+    /// none is made that is predicted to take longer
     #[arg(long, value_name = "SECONDS")]
     pub(crate) time_limit: Option<f64>,
     /// The method [default: walks]

@@ -297,7 +297,7 @@ fn read_targets(field: Field<'_, '_>) -> Result<Vec<Target>, InputError> {
 
 /// Reads one `[[target]]`.
 fn read_target(mut section: Section<'_, '_>) -> Result<Target, InputError> {
-    let name = section.required("name")?;
+    let name = section.optional("name");
     let mut chosen = ["at", "over", "weight", "grid"]
         .into_iter()
         .filter_map(|key| section.optional(key))
@@ -306,20 +306,21 @@ fn read_target(mut section: Section<'_, '_>) -> Result<Target, InputError> {
     let component = section.optional("component");
     section.finish()?;
     let component = component.map(|field| field.integer()).transpose()?;
-    let name = Placed::file(name.span.clone(), name.text()?.to_owned());
+    let name = name.as_ref().map(Field::string).transpose()?;
 
     // The tree is sorted by key; the reader of the file meets them in its order.
     chosen.sort_by_key(|field| field.key.start);
     let mut chosen = chosen.into_iter();
     let Some(first) = chosen.next() else {
         return Err(section.error(format_args!(
-            "target {:?} does not say what to compute: give one of \
+            "target{} does not say what to compute: give one of \
              `at = …` (an angle, a point of the cube, a place on a surface, the name of a CSV file of these), \
              `over = \"all\"`, `over = [from, to]` (circle), `over = \"surface\"` (room, scene), \
              `weight = \"…\"` (cube), `grid = points`",
-            name.value
+            name.map_or_else(String::new, |name| format!(" {:?}", name.value))
         )));
     };
+    let name = name.unwrap_or_else(|| first.written());
     if let Some(second) = chosen.next() {
         return Err(section.source.error(
             second.key.clone(),

@@ -235,6 +235,14 @@ impl<'s, 'i> Field<'s, 'i> {
         Ok(Placed::file(self.span.clone(), self.text()?.to_owned()))
     }
 
+    /// The key and the value as they are written, on one line.
+    pub(crate) fn written(&self) -> Placed<String> {
+        let whole = self.key.start..self.span.end;
+        let words = self.source.text.get(whole.clone()).unwrap_or(&self.name);
+        let words: Vec<&str> = words.split_whitespace().collect();
+        Placed::file(whole, words.join(" "))
+    }
+
     /// The strings here: an array.
     pub(crate) fn strings(&self) -> Result<Placed<Vec<Placed<String>>>, InputError> {
         self.elements("an array of strings", Self::string)

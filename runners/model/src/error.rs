@@ -307,13 +307,12 @@ impl Display for Error {
                  or nothing of it comes there; give `walks`, after which to stop in any case",
             ),
             Self::TooLong { seconds } if !seconds.is_finite() => f.write_str(
-                "no number of walks reaches this error; use a larger one, or give `walks` or a time limit, after which to stop \
-                 in any case: more than an hour is not begun unasked",
+                "no number of walks reaches this error: use a larger one, or say when to stop in any case, by `walks` or a time limit",
             ),
             Self::TooLong { seconds } => write!(
                 f,
-                "the best that was found takes about {} s on one thread, and more than {} s are not begun unasked; use \
-                 a larger error, or give `walks` or a time limit, after which to stop in any case",
+                "this error takes about {} s on one thread, by the best settings that were found, and a run of more than {} s \
+                 starts only if you say when to stop: give `walks` or a time limit, or use a larger error",
                 short(*seconds),
                 short(MOST_SECONDS)
             ),

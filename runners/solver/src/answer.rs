@@ -134,26 +134,25 @@ impl Display for Gave {
             Self::Doubtful { share, index } => {
                 write!(
                     f,
-                    "one batch of walks makes {:.0} % of the variance",
+                    "{:.0} % of the variance comes from one batch of walks",
                     100.0 * share
                 )?;
                 if let Some(index) = index {
                     write!(f, ", and the tail index of the scores is about {index:.1}")?;
                 }
                 f.write_str(
-                    ": the variance may be infinite, and the error bar may mean nothing; look for places where the kernel is \
-                     large",
+                    ": the variance may be infinite, so do not trust the error bar; look for places where the kernel is large",
                 )
             }
             Self::Unpredicted { times } => write!(
                 f,
-                "walks tell that it takes {times:.0} times as long as the first of them told; they missed most of the \
-                 variance, which may be infinite; error bars may mean nothing"
+                "after more walks the error is expected to take {times:.0} times as long as after the first ones: these missed most \
+                 of the variance, which may be infinite, so do not trust the error bars"
             ),
             Self::TooLong { seconds } => write!(
                 f,
-                "walks tell that it takes about {} s more on one thread; give `walks` or a time limit, after which to \
-                 stop in any case, or use a larger `target_error`",
+                "the error takes about {} s more on one thread, as the walks so far show; say when to stop, by `walks` or a time \
+                 limit, or use a larger `target_error`",
                 short(*seconds)
             ),
         }

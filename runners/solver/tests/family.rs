@@ -23,7 +23,7 @@ const GAUSS: [[f64; 2]; 5] = [
 /// Intervals of the rule between two places where something is not smooth.
 const PARTS: usize = 12;
 
-/// What a member may take, and what it may take to show whether more time finds cells that serve.
+/// What a member may take, and what it may take to show whether more time finds cells that serve, where all fit in a minute.
 const LIMIT: Duration = Duration::from_secs(5);
 const LONGER: Duration = Duration::from_secs(120);
 
@@ -235,12 +235,13 @@ impl Member {
         &self,
         model: &CubeModel,
         setting: Option<[usize; 2]>,
-        limit: Duration,
+        (limit, seed): (Duration, u64),
     ) -> (Result<Report, SolveError>, f64) {
         let at: Vec<f64> = self.at.iter().map(|t| t * self.length).collect();
         let solver = Solver::new(model)
             .at(at.as_slice())
             .mean()
+            .seed(seed)
             .time_limit(limit);
         let solver = match setting {
             Some([cells, degree]) => {
@@ -267,7 +268,7 @@ impl Member {
                 }
                 let most =
                     best.map_or(limit, |best| limit.min(Duration::from_secs_f64(2.0 * best)));
-                if let (Ok(_), seconds) = self.asked(&model, Some([cells, degree]), most) {
+                if let (Ok(_), seconds) = self.asked(&model, Some([cells, degree]), (most, 1)) {
                     best = Some(best.map_or(seconds, |best| best.min(seconds)));
                 }
             }
@@ -275,9 +276,9 @@ impl Member {
         best
     }
 
-    fn solve(&self, limit: Duration) -> Outcome {
+    fn solve(&self, limit: Duration, seed: u64) -> Outcome {
         let model = self.of_dimension();
-        let (solved, seconds) = self.asked(&model, None, limit);
+        let (solved, seconds) = self.asked(&model, None, (limit, seed));
         let (report, is_reached) = match solved {
             Ok(report) => (report, true),
             Err(SolveError::NotReached(report)) => (*report, false),
@@ -293,14 +294,15 @@ impl Member {
             .iter()
             .map(|shape| integral(|x| shape.value(x), &[shape.kink[2]]));
         let exact = [self.solution(&self.at), means.product()];
-        let z = [0, 1].map(|goal| {
+        let off = [0, 1].map(|goal| {
             let found = &report[goal];
+            let [low, high] = found.interval();
             // F itself is known up to rounding of its integrals alone.
-            let bar = found.std_error().hypot(1e-13 * exact[goal].abs());
-            (found.value() - exact[goal]) / bar.max(found.rounding_floor)
+            let rounding = (1e-13 * exact[goal].abs()).max(found.rounding_floor);
+            (found.value() - exact[goal]) / (0.5 * (high - low) + rounding)
         });
         Outcome::Solved {
-            z,
+            off,
             is_reached,
             seconds,
         }
@@ -310,8 +312,8 @@ impl Member {
 /// How a member ends.
 enum Outcome {
     Solved {
-        /// Errors in standard errors, of a point and the mean.
-        z: [f64; 2],
+        /// Errors of a point and the mean in halves of intervals of 95 %: where degrees of freedom are few, these are wide.
+        off: [f64; 2],
         is_reached: bool,
         seconds: f64,
     },
@@ -325,7 +327,7 @@ impl fmt::Display for Outcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Solved {
-                z: [point, mean],
+                off: [point, mean],
                 is_reached,
                 seconds,
             } => {
@@ -334,7 +336,10 @@ impl fmt::Display for Outcome {
                 } else {
                     ", error not reached"
                 };
-                write!(f, "z {point:.2} and {mean:.2} in {seconds:.2} s{end}")
+                write!(
+                    f,
+                    "off by {point:.2} and {mean:.2} of an interval in {seconds:.2} s{end}"
+                )
             }
             Self::Refused { why, seconds } => write!(f, "{why} (in {seconds:.2} s)"),
         }
@@ -359,24 +364,32 @@ fn members() -> Range<u64> {
         .unwrap_or(0..most)
 }
 
-/// Of numbers of a few degrees of freedom at least none is beyond 6, and about one of 22 beyond 2: four standard deviations more are allowed.
+/// One of 20 intervals of 95 % does not hold, and values are off by five halves of one in 2.2 of 1,000 cases at most: those of Student's t with
+/// two degrees of freedom. Four standard deviations more are allowed.
 #[test]
 fn a_random_family_is_solved_or_refused_for_a_reason() {
-    let (mut solved, mut beyond, mut worst) = (0, 0, 0.0_f64);
+    let (mut solved, mut outside, mut far, mut worst) = (0, 0, 0, 0.0_f64);
     let (mut late, mut refused, mut failures) = (0, 0, Vec::new());
+    let seeds = std::env::var("FREDHOLM_SEEDS").ok();
+    let seeds: u64 = seeds.and_then(|text| text.parse().ok()).unwrap_or(1);
     let has_ladder = std::env::var_os("FREDHOLM_LADDER").is_some();
     let mut ratios = Vec::new();
     for number in members() {
         let member = Member::new(number);
-        let mut outcome = member.solve(LIMIT);
+        let mut outcome = member.solve(LIMIT, 1);
         println!(
             "{number:>4} {:?} on a length of {:.3}, times {:.3e}: {outcome}",
             member.factors, member.length, member.scale
         );
         if matches!(&outcome, Outcome::Refused { why, .. } if why.contains("the time limit")) {
             late += 1;
-            outcome = member.solve(LONGER);
-            println!("     with a longer time limit: {outcome}");
+            if member.factors.len() <= 2 {
+                outcome = member.solve(LONGER, 1);
+                println!("     with a longer time limit: {outcome}");
+            }
+        }
+        for seed in 2..=seeds {
+            println!("     seed {seed}: {}", member.solve(LIMIT, seed));
         }
         if let (
             Outcome::Solved {
@@ -400,11 +413,12 @@ fn a_random_family_is_solved_or_refused_for_a_reason() {
                     failures.push(format!("{number}: {why}"));
                 }
             }
-            Outcome::Solved { z, .. } => {
-                for z in z {
+            Outcome::Solved { off, .. } => {
+                for off in off {
                     solved += 1;
-                    beyond += u32::from(z.abs() > 2.0);
-                    worst = worst.max(z.abs());
+                    outside += u32::from(off.abs() > 1.0);
+                    far += u32::from(off.abs() > 5.0);
+                    worst = worst.max(off.abs());
                 }
             }
         }
@@ -419,13 +433,14 @@ fn a_random_family_is_solved_or_refused_for_a_reason() {
         );
     }
     println!(
-        "{solved} estimates, {beyond} beyond 2, the worst {worst:.2}; {refused} members refused, {late} took longer than {LIMIT:?}"
+        "{solved} intervals, {outside} do not hold, {far} by far, the worst off by {worst:.2} halves; {refused} members refused, {late} took longer than {LIMIT:?}"
     );
     assert!(failures.is_empty(), "{failures:#?}");
-    let mean = 0.0455 * f64::from(solved);
-    assert!(worst < 6.0, "{worst}");
-    assert!(
-        f64::from(beyond) <= mean + 4.0 * mean.sqrt(),
-        "{beyond} of {solved}"
-    );
+    for (name, count, share) in [("outside", outside, 0.05), ("far", far, 0.0022)] {
+        let mean = share * f64::from(solved);
+        assert!(
+            f64::from(count) <= mean + 4.0 * mean.sqrt(),
+            "{name}: {count} of {solved}"
+        );
+    }
 }

@@ -25,7 +25,7 @@ fn width(x: f64) -> f64 {
     (x + 0.3).min(1.0) - (x - 0.3).max(0.0)
 }
 
-const CASES: [Case; 6] = [
+const CASES: [Case; 7] = [
     Case {
         name: "smooth",
         domain: &[[0.0, PI]],
@@ -85,6 +85,19 @@ const CASES: [Case; 6] = [
         solution: |_| 1.0,
         cells: 8,
         degree: 1,
+    },
+    Case {
+        name: "a jump of F along diagonals of cells",
+        domain: &[UNIT; 2],
+        kernel: |x, y| 0.5 * x[0] * y[1],
+        source: |x| if x[0] + x[1] > 1.0 { 2.0 } else { 1.0 },
+        // The mean of y₂ u is 20/21.
+        solution: |x| {
+            let jump = if x[0] + x[1] > 1.0 { 1.0 } else { 0.0 };
+            1.0 + jump + 10.0 / 21.0 * x[0]
+        },
+        cells: 6,
+        degree: 0,
     },
 ];
 

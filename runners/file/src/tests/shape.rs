@@ -189,8 +189,9 @@ fn missing_keys() {
     fails(problem, 1, 1, "[problem]", &["`emission` is missing"]);
     let text = format!("{problem}emission = {{}}");
     fails(&text, 4, 12, "{}", &["`constant` is missing in `emission`"]);
-    let text = format!("{problem}emission = 0\n[[target]]\nat = 0");
-    fails(&text, 5, 1, "[[target]]", &["`name` is missing"]);
+    let text = format!("{problem}emission = 0\n[[target]]\nover = [0,\n  1]");
+    let file = super::super::read("t.toml", &text).unwrap();
+    assert_eq!(file.targets[0].name.value, "over = [0, 1]");
 }
 
 #[test]

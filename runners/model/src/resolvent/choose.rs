@@ -280,7 +280,12 @@ fn refused(search: Search<'_, '_>) -> Error {
         is_late,
         ..
     } = search;
-    let solved = looks.iter().filter(|look| look.is_solved());
+    // Where the finest cells have no inverse none serve, whatever coarser ones seemed to say.
+    let finest = looks
+        .iter()
+        .max_by(|a, b| a.unknowns.total_cmp(&b.unknowns));
+    let is_singular = finest.is_some_and(|finest| !finest.is_solved());
+    let solved = looks.iter().filter(|look| look.is_solved() && !is_singular);
     let Some(best) = solved.min_by(|a, b| a.radius.total_cmp(&b.radius)) else {
         return singular.unwrap_or(Error::NoSetting);
     };

@@ -38,14 +38,18 @@ pub(super) fn scored(dimension: usize, own: usize) -> Option<usize> {
     all.find(|&scored| scored <= MOST_SCORED)
 }
 
-/// A rule with both ends and one without: a kink that is nearer to an edge than all nodes of the second one is seen by the first.
-fn compared<E: Regular>(points: usize) -> Result<[Vec<AxisNode>; 2], Error> {
+/// A rule with both ends and one without: a kink that is nearer to an edge than all nodes of the second one is seen by the first. Of a jump
+/// along a diagonal the first one has nodes on it, which count for one side, and the second one has none.
+fn compared<E: Regular>(points: usize) -> Result<[Vec<Vec<AxisNode>>; 2], Error> {
     let inset = INSET * E::Scalar::EPSILON.to_f64();
     let mut closed = on_axis(&gauss_lobatto(points)?);
     closed
         .iter_mut()
         .for_each(|node| node.at = node.at.clamp(inset, 1.0 - inset));
-    Ok([closed, on_axis(&gauss(points - 1)?)])
+    let open = [0, 1, 2].map(|more| gauss(points - 1 + more));
+    let open = open.into_iter().take(E::DIMENSION);
+    let open = open.map(|rule| Ok::<_, Error>(on_axis(&rule?)));
+    Ok([vec![closed], open.collect::<Result<_, _>>()?])
 }
 
 /// What a value is made of.
@@ -203,13 +207,15 @@ where
         Ok(())
     }
 
-    /// What walks add to a value, with the error of samples in its image.
+    /// What walks add to a value, with the error of samples and of rules in its image: this is small beside the errors that are asked for, and
+    /// need not be beside a value's own.
     pub(super) fn sum(&self, own: &Imaged, blocks: &Blocks) -> BlockSum {
         let mut sum = blocks.sum(&own.weights);
-        let (error, column) = (own.image.variance.sqrt(), own.known.to_bits() as usize);
+        let error = own.image.variance.sqrt().hypot(own.image.error);
+        let column = own.known.to_bits() as usize;
         let errors = sum.errors.iter_mut().enumerate();
         errors.for_each(|(replicate, to)| *to += sign(column, replicate) * error);
-        sum.variance += own.image.variance;
+        sum.variance += error * error;
         sum.squares += own.image.squares;
         sum
     }

@@ -54,8 +54,9 @@ pub(super) fn factors(kernel: &[f64], width: usize) -> Result<(Factors, f64), Er
 fn singular(width: usize, condition: f64) -> Error {
     Error::Regular {
         message: format!(
-            "as far as numbers tell 1 is an eigenvalue of the kernel, so that there is no solution, or more than one: on {width} unknowns \
-             the condition number of the equation is {condition:.1e}, and rounding leaves no digit"
+            "on {width} unknowns the condition number of the equation is {condition:.1e}, so that rounding leaves no digit: as far as \
+             numbers tell 1 is an eigenvalue of the kernel, and there is no solution or more than one; or the solution grows beyond \
+             numbers, as that of a Volterra kernel may"
         ),
     }
 }

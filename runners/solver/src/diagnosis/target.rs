@@ -236,7 +236,7 @@ impl GoalDiagnosis {
                 text += &match bound {
                     Some(bound) => {
                         format!(
-                            "  {name}: √Var ≤ {}, {} times it\n",
+                            "  {name}: √Var is at most {}, which is {} times what is predicted\n",
                             short(bound),
                             short(bound / sd)
                         )

@@ -144,8 +144,8 @@ impl Report {
         );
         remark(
             count(&|t| t.doubtful_share.is_some()),
-            "one batch of walks makes most of the variance, or that seems to be infinite: the error bar may mean nothing; \
-             look for places where the kernel is large",
+            "most of the variance comes from one batch of walks, or the variance seems to be infinite: do not trust the error \
+             bar; look for places where the kernel is large",
         );
         let kurtoses = self.goals.iter().filter_map(|t| t.excess_kurtosis);
         let largest = kurtoses.fold(0.0, f64::max);
