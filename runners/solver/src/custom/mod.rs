@@ -23,7 +23,7 @@ use crate::{Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Subj
 pub(crate) use cells::Nodes;
 use degree::WithIntegrals;
 pub(crate) use degree::{
-    Closed, Degree, DegreePairs, IN_S, Kinds, Of, Smooth, Use, squared_radius,
+    Closed, Degree, DegreePairs, IN_S, Kinds, Of, OnCells, Smooth, Use, squared_radius,
 };
 use fredholm_model::EquationError;
 use fredholm_model::finite::radius_above;

@@ -2,16 +2,15 @@
 
 use std::sync::Mutex;
 
-use fredholm_core::galerkin::{Solution, buffer};
+use fredholm_core::galerkin::Solution;
 use fredholm_embedded::{Number, TableBuilder};
-use fredholm_rayon::fill_rows;
 use fredholm_variance::{Density, MeanCoefficients, Quadrature, Start as Begin, VarianceSetup};
 
 use super::cells::{Nodes, Uniform};
 use super::degree::{Degree, Kinds, Of};
 use super::lifted::{self, Lifted};
 use super::quadrature::Sites;
-use super::walk::{How, Lit, Solved, Walks, is_weight, known_of, matrix, place};
+use super::walk::{How, Lit, Solved, Walks, is_weight, known_of, place};
 use super::whole::CustomWhole;
 use super::{CustomEquation, CustomModel};
 use crate::{
@@ -154,6 +153,22 @@ impl<'m, E: CustomEquation<Scalar = f64>> CustomPartition<'m, E> {
         let parts = (nodes as f64 / nodes_of_cells as f64).powf(1.0 / f64::from(d));
         Sites::new(self.equation()?, (parts as usize).max(1), points)
     }
+
+    /// The system of these coefficients with this solution.
+    fn solved(&self, entries: Vec<f64>, solution: Solution) -> Result<Box<dyn System + 'm>, Error> {
+        Ok(Box::new(CustomSystem {
+            cut: *self,
+            solved: Solved {
+                cells: self.asked,
+                degree: self.degree,
+                entries,
+                shape: [self.all, self.of_degree()?.functions()],
+                solution,
+                lifted: None,
+            },
+            radii: Mutex::default(),
+        }))
+    }
 }
 
 impl<'m, E: CustomEquation<Scalar = f64>> Partitioned<'m> for CustomPartition<'m, E> {
@@ -285,56 +300,23 @@ impl<'m, E: CustomEquation<Scalar = f64>> Partitioned<'m> for CustomPartition<'m
 
     fn solve(&self) -> Result<Box<dyn System + 'm>, Error> {
         let (equation, degree) = (self.equation()?, self.of_degree()?);
-        let functions = degree.functions();
-        let nodes = Nodes::new(&equation, self.points)?;
         let of_source = Nodes::new(&equation, self.points_of_source())?;
-        let source = degree.means(&equation, &of_source, &|x| equation.source(x, &mut NoDraws));
+        let source = |x: &E::Point| equation.source(x, &mut NoDraws);
+        let source = degree.on_cells().means(&equation, &of_source, &source);
         drop(of_source);
-        let entries = match degree.entries(&equation, self.points) {
-            Some(entries) => entries?,
-            None => {
-                let unknowns = self.unknowns();
-                let mut entries: Vec<f64> = buffer(unknowns.saturating_mul(unknowns))?;
-                fill_rows(&mut entries, unknowns * functions, |cell, rows| {
-                    degree.fill(&equation, &nodes, cell, rows);
-                    Ok::<(), Error>(())
-                })?;
-                entries
-            }
-        };
-        let shape = [self.all, functions];
-        let matrix = matrix(degree, &equation, (&entries, shape))?;
-        let solution = Solution::new(&*matrix, source, TOLERANCE, SWEEPS)?;
-        drop(matrix);
-        Ok(Box::new(CustomSystem {
-            cut: *self,
-            solved: Solved {
-                cells: self.asked,
-                degree: self.degree,
-                entries,
-                shape,
-                solution,
-                lifted: None,
-            },
-            radii: Mutex::default(),
-        }))
+        let entries = degree.entries(&equation, self.points)?;
+        let solution = Solution::new(
+            &*degree.matrix(&equation, &entries)?,
+            source,
+            TOLERANCE,
+            SWEEPS,
+        )?;
+        self.solved(entries, solution)
     }
 
     fn restore(&self, saved: SavedSystem<'m>) -> Result<Box<dyn System + 'm>, Error> {
         let solution = saved.fitting(self.unknowns(), self.stored())?;
-        let functions = self.of_degree()?.functions();
-        Ok(Box::new(CustomSystem {
-            cut: *self,
-            solved: Solved {
-                cells: self.asked,
-                degree: self.degree,
-                entries: saved.coefficients.into_owned(),
-                shape: [self.all, functions],
-                solution,
-                lifted: None,
-            },
-            radii: Mutex::default(),
-        }))
+        self.solved(saved.coefficients.into_owned(), solution)
     }
 
     fn plain_job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
@@ -466,7 +448,7 @@ impl<E: CustomEquation<Scalar = f64>> System for CustomSystem<'_, E> {
         let equation = &self.cut.equation()?;
         let kinds = self.kinds(request.walk.pairs);
         let quadrature = self.cut.sites(nodes)?;
-        let matrix = self.solved.matrix(degree, equation)?;
+        let matrix = degree.matrix(equation, &self.solved.entries)?;
         let mean = |i, j| matrix.mean(i, j);
         let cells = self.cut.all;
         let means = MeanCoefficients { cells, mean: &mean };
@@ -565,7 +547,7 @@ impl<E: CustomEquation<Scalar = f64>> System for CustomSystem<'_, E> {
         let equation = self.cut.equation()?;
         let of_degree = self.cut.of_degree()?;
         let v = &self.solved.solution.v;
-        let value = |x: &Located<E::Point>| of_degree.series(&equation, v, x);
+        let value = |x: &Located<E::Point>| of_degree.on_cells().series(&equation, v, x);
         let size = fredholm_model::numbers::largest(v);
         let lifted = Lifted::new(&equation, self.cut.degree, &value, (size, degree))?;
         self.solved.lifted = Some(lifted);
@@ -612,7 +594,7 @@ impl<E: CustomEquation<Scalar = f64>> CustomSystem<'_, E> {
         }
         self.check_neighbour(kinds, Absorption::Roulette)?;
         let (equation, degree) = (self.cut.equation()?, self.cut.of_degree()?);
-        let matrix = solved.matrix(degree, &equation)?;
+        let matrix = degree.matrix(&equation, &solved.entries)?;
         let any = kinds.any(degree.pairs().paper);
         let g = solved.solution.source(&*matrix, &any)?;
         let v = solved.solution.rounded::<F>()?;

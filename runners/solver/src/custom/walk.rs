@@ -3,7 +3,7 @@
 use core::fmt;
 use std::borrow::Cow;
 
-use fredholm_core::galerkin::{Dense, Solution, degree_of};
+use fredholm_core::galerkin::{Solution, degree_of};
 use fredholm_core::global::{AdjointImage, AdjointScores, Scores};
 use fredholm_core::{
     Chain, Equation, Goals, Job, LastStep, Lights, Located, NoDraws, NoNeighbour, Real, Sobol,
@@ -12,7 +12,7 @@ use fredholm_core::{
 use fredholm_variance::gauss;
 
 use super::cells::{MOST_DIMENSIONS, Nodes, Uniform};
-use super::degree::{Boxed, Closed, Degree, Kinds, Of, Use};
+use super::degree::{Boxed, Degree, Kinds, Of, OnCells, Use};
 use super::lifted::Lifted;
 use super::scores::{CellScores, Polynomials};
 use super::whole::{AnyStarts, GlobalWalks};
@@ -78,32 +78,6 @@ pub(super) struct Solved {
     pub(super) lifted: Option<Lifted>,
 }
 
-impl Solved {
-    /// K', of this degree.
-    pub(super) fn matrix<'a, E: CustomEquation>(
-        &'a self,
-        degree: &dyn Degree<E>,
-        equation: &'a E,
-    ) -> Result<Closed<'a>, Error> {
-        matrix(degree, equation, (&self.entries, self.shape))
-    }
-}
-
-/// K' of a degree, from the numbers that it keeps.
-pub(super) fn matrix<'a, E: CustomEquation>(
-    degree: &dyn Degree<E>,
-    equation: &'a E,
-    (entries, [n, functions]): (&'a [f64], [usize; 2]),
-) -> Result<Closed<'a>, Error> {
-    match degree.matrix(equation, entries) {
-        Some(matrix) => matrix,
-        None => match Dense::new(entries, n, functions) {
-            Some(dense) => Ok(Box::new(dense)),
-            None => Err(Error::Internal("a table has a wrong size")),
-        },
-    }
-}
-
 /// How the walks of a neighbour equation go.
 #[derive(Clone, Copy)]
 pub(super) struct How {
@@ -166,8 +140,8 @@ pub(super) trait Walks: Send + Sync {
 pub(super) struct Weighted<'a, E: CustomEquation> {
     uniform: &'a Uniform<'a, E>,
     weight: Weight<'a, E::Point>,
-    /// The degree of v, and the means over cells of w times each function there.
-    near: Option<(&'a dyn Degree<E>, Vec<f64>)>,
+    /// The functions of v, and the means over cells of w times each of them.
+    near: Option<(&'a dyn OnCells<E>, Vec<f64>)>,
     /// (v, Φ) as far as these are the means.
     pub(super) of_means: f64,
 }
@@ -180,8 +154,8 @@ impl<E: CustomEquation> Weighted<'_, E> {
 
     /// A number near (v, Φ), whose mean is that, from a start.
     pub(super) fn control_estimate(&self, x: &Located<E::Point>, phi: f64, v: f64) -> f64 {
-        let near = self.near.as_ref().map_or(0.0, |(degree, means)| {
-            let series = degree.series(self.uniform.equation(), means, x);
+        let near = self.near.as_ref().map_or(0.0, |(functions, means)| {
+            let series = functions.series(self.uniform.equation(), means, x);
             series * self.uniform.measure
         });
         self.of_means + (phi - near) * v
@@ -460,7 +434,8 @@ impl<E: CustomEquation> Equations<E> {
             if let Some((degree, v)) = near {
                 let points = degree_of(E::DIMENSION, degree.functions()) + 2;
                 let nodes = Nodes::new(uniform.equation(), points)?;
-                let means = degree.means(uniform.equation(), &nodes, &weighted.weight);
+                let own = degree.on_cells();
+                let means = own.means(uniform.equation(), &nodes, &weighted.weight);
                 let functions = degree.functions();
                 let cells = means.chunks(functions).zip(v.chunks(functions));
                 let terms = cells.zip(nodes.measures()).map(|((means, v), measure)| {
@@ -468,7 +443,7 @@ impl<E: CustomEquation> Equations<E> {
                     measure * products.sum::<f64>()
                 });
                 weighted.of_means = terms.sum();
-                weighted.near = Some((degree, means));
+                weighted.near = Some((own, means));
             }
             Ok(weighted)
         };
