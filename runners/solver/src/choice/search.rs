@@ -8,8 +8,6 @@ mod lift;
 mod other_way;
 mod prices;
 mod sequence;
-#[cfg(test)]
-mod tests;
 
 use std::sync::Arc;
 use std::time::Instant;

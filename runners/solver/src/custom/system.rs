@@ -665,19 +665,3 @@ impl Group {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::group;
-
-    #[test]
-    fn few_cells_are_places_of_their_own() {
-        let name = |cell, cells| group(cell, cells).name(None);
-        assert_eq!(name(3, 10), "cell 3");
-        assert_eq!(name(99, 100), "cells 98 to 99");
-        assert_eq!(name(6, 100), "cells 0 to 6");
-        assert_eq!(name(16, 17), "cell 16");
-        let ends: Vec<f64> = (0..=20).map(|end| 0.1 * f64::from(end)).collect();
-        assert_eq!(group(3, 20).name(Some(&ends)), "[0.20, 0.40]");
-    }
-}
