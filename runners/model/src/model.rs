@@ -13,8 +13,8 @@ use crate::question::{ResolventFound, ResolventQuestion};
 
 use crate::cost::{Cost, PointwisePairs};
 use crate::{
-    About, Derived, Discretisation, Error, GlobalSystem, Goal, Heat, Pairs, Region, SavedSystem,
-    WalkOptions,
+    About, Derived, Discretisation, Error, GlobalField, GlobalSystem, Goal, Heat, Pairs, Region,
+    SavedSystem, WalkOptions,
 };
 
 /// An equation whose size is chosen at run time.
@@ -474,6 +474,24 @@ const NO_LIFT: Error = Error::Internal("a system without a lift");
 const NO_SAVED: Error = Error::Internal("a system of a kind that saves none");
 /// A system that has no global estimate, of a model that says so.
 const NO_WHOLE: Error = Error::Internal("a system without a global estimate");
+
+/// `Debug` of objects of a trait, by its name.
+///
+/// ```
+/// trait Anything {}
+/// fredholm_model::debug_by_name!("Anything": dyn Anything + '_);
+/// ```
+#[macro_export]
+macro_rules! debug_by_name {
+    ($($name:literal: $object:ty),*) => {
+        $(impl core::fmt::Debug for $object {
+            fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+                f.write_str($name)
+            }
+        })*
+    };
+}
+debug_by_name!("Model": dyn Model + '_, "System": dyn System + '_, "GlobalField": dyn GlobalField + '_);
 
 /// The goals and options of walks.
 #[derive(Clone, Copy, Debug)]

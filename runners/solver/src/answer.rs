@@ -190,19 +190,12 @@ pub struct Answer {
 }
 
 /// A solved system, and how long it took.
+#[derive(Debug)]
 pub struct Solved<'m> {
     /// The system.
     pub system: Box<dyn System + 'm>,
     /// Seconds.
     pub seconds: f64,
-}
-
-impl fmt::Debug for Solved<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Solved")
-            .field("seconds", &self.seconds)
-            .finish_non_exhaustive()
-    }
 }
 
 impl<'m> Solved<'m> {
@@ -251,7 +244,7 @@ impl<'m> Solved<'m> {
 }
 
 /// The model and scalar of walks.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Walks<'a> {
     /// The equation.
     pub model: &'a dyn Model,
@@ -259,14 +252,6 @@ pub struct Walks<'a> {
     pub scalar: Scalar,
     /// Whoever runs them, if it is not this process alone.
     pub execution: Option<Execution<'a>>,
-}
-
-impl fmt::Debug for Walks<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Walks")
-            .field("scalar", &self.scalar)
-            .finish_non_exhaustive()
-    }
 }
 
 /// Prepares walks and hands them on.
@@ -366,7 +351,7 @@ impl Walks<'_> {
 }
 
 /// The question of an answer.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Of<'a> {
     /// The equation.
     pub model: &'a dyn Model,
@@ -376,15 +361,6 @@ pub struct Of<'a> {
     pub scalar: Scalar,
     /// The tolerance at which goals end, if one is looked at.
     pub tolerance: Option<Tolerance>,
-}
-
-impl fmt::Debug for Of<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Of")
-            .field("goals", &self.goals)
-            .field("tolerance", &self.tolerance)
-            .finish_non_exhaustive()
-    }
 }
 
 impl Answer {

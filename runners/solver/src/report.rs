@@ -295,7 +295,7 @@ pub struct SurfaceReport {
 }
 
 /// A run: everything that a report tells, apart from the answer.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Run<'a> {
     /// The equation.
     pub model: &'a dyn Model,
@@ -311,17 +311,6 @@ pub struct Run<'a> {
     pub choice: Option<&'a ChoiceReport>,
     /// Whether walks followed no neighbour equation.
     pub plain: bool,
-}
-
-impl core::fmt::Debug for Run<'_> {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.debug_struct("Run")
-            .field("goals", &self.goals)
-            .field("exact", &self.exact)
-            .field("settings", &self.settings)
-            .field("choice", &self.choice)
-            .finish_non_exhaustive()
-    }
 }
 
 impl Report {

@@ -8,7 +8,6 @@ mod whole;
 
 pub use adjoint::asked_way_back;
 
-use core::fmt;
 use core::time::Duration;
 
 use fredholm_core::{Estimator, Form, Tolerance};
@@ -54,7 +53,7 @@ const LEAST_NODES: usize = 10;
 /// ```
 ///
 /// Source: S. Heinrich, *Variance reduction for Monte Carlo methods by means of deterministic numerical computation*, 1995.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 #[must_use = "a solver does nothing until it is asked to solve, predict or diagnose"]
 pub struct Solver<'m> {
     pub(crate) model: &'m dyn Model,
@@ -76,15 +75,6 @@ pub(crate) enum Asked {
     Over(String),
     Grid(usize, Option<String>),
     Weight(String),
-}
-
-impl fmt::Debug for Solver<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Solver")
-            .field("settings", &self.settings)
-            .field("asked", &self.asked)
-            .finish_non_exhaustive()
-    }
 }
 
 impl<'m> Solver<'m> {

@@ -1,6 +1,5 @@
 //! Solved systems that are kept, so that many processes need one set-up.
 
-use core::fmt::{self, Debug};
 use std::time::Instant;
 
 pub use fredholm_model::{SavedSystem, SystemOf};
@@ -54,14 +53,8 @@ pub trait SystemStore: Sync {
 }
 
 /// Where systems come from: they are solved, unless somebody keeps them.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Systems<'m>(pub(crate) Option<&'m dyn SystemStore>);
-
-impl Debug for Systems<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("Systems").field(&self.0.is_some()).finish()
-    }
-}
 
 impl<'m> Systems<'m> {
     /// Refuses a choice of the cells: what it solves are the systems of pilots.

@@ -6,7 +6,6 @@ mod means;
 mod summary;
 mod walks;
 
-use core::fmt::{self, Debug};
 use std::time::Instant;
 
 use fredholm_core::global::over_replicates;
@@ -90,18 +89,11 @@ impl GlobalValue {
 /// }
 /// # Ok::<(), fredholm::SolveError>(())
 /// ```
+#[derive(Debug)]
 pub struct GlobalEstimate<'m> {
     model: &'m dyn Model,
     field: Box<dyn GlobalField + 'm>,
     summary: GlobalSummary,
-}
-
-impl Debug for GlobalEstimate<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("GlobalEstimate")
-            .field("summary", &self.summary)
-            .finish_non_exhaustive()
-    }
 }
 
 impl<'m> GlobalEstimate<'m> {
