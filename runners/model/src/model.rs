@@ -3,7 +3,6 @@
 use fredholm_core::galerkin::Convergence;
 use fredholm_core::{Estimate, Job, Statistics};
 use fredholm_embedded::TableBuilder;
-use fredholm_variance::Start;
 use serde::Serialize;
 
 use crate::examined::Examined;
@@ -509,9 +508,6 @@ pub type Then<'a> = dyn FnMut(&Prepared<'_>) -> Result<(), Error> + 'a;
 
 /// Callback that gets a job and (v, Φ) of each goal.
 pub type WithJob<'a> = dyn FnMut(&dyn Job, &[f64]) -> Result<(), Error> + 'a;
-
-/// Callback that gets the starts of all goals, in points P.
-pub type WithStarts<'a, P> = dyn FnMut(&[Start<'_, P>]) -> Result<(), Error> + 'a;
 
 /// Walks that are ready to run.
 #[derive(Clone, Copy)]

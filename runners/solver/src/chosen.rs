@@ -96,12 +96,6 @@ pub(crate) fn draws(
 }
 
 impl ChoiceReport {
-    /// Seconds that set-up and walks were predicted to take on one thread.
-    #[must_use]
-    pub fn predicted_seconds(&self) -> f64 {
-        self.predicted_setup_seconds + self.predicted_walk_seconds
-    }
-
     /// The choice for people: these settings, and this text for the number of cells.
     #[must_use]
     pub fn text(&self, settings: &Settings, cells: &str) -> String {

@@ -1,7 +1,5 @@
 //! What examples measure with, and equations with known solutions.
 
-#![allow(dead_code, reason = "no example needs all of it")]
-
 use fredholm::circle::{Emission, Harmonic};
 use fredholm::room::{Material, Surfaces};
 use fredholm::{CircleModel, CubeModel};
@@ -68,17 +66,6 @@ pub(crate) fn kink() -> CubeModel {
         |x| 1.5 * (x[0] - 1.0).exp(),
     )
     .with_solution(|x| 1.0 + x[0])
-}
-
-/// K = ½ exp(−Σ |x_a − y_a|) and F = 1 + |x|².
-pub(crate) fn kinks<const D: usize>() -> CubeModel {
-    CubeModel::from_fn::<D>(
-        |x, y| {
-            let distance: f64 = x.iter().zip(y).map(|(x, y)| (x - y).abs()).sum();
-            0.5 * (-distance).exp()
-        },
-        |x| 1.0 + x.iter().map(|x| x * x).sum::<f64>(),
-    )
 }
 
 /// A circle with five reflectances and the light 5 + sin 5θ.

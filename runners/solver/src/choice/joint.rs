@@ -14,7 +14,6 @@ use super::search::Quiet;
 use crate::answer::SolveObserver;
 use crate::chosen::{ChoiceReport, WHOLE};
 use crate::execute::CellCount;
-use crate::systems::Systems;
 use crate::whole::{GlobalEstimate, Looks, Ready, Until, Whole};
 use crate::{Error, Goal, Model, Pairs, Partitioned, Sequence, Settings, SolveError, WalkOptions};
 use fredholm_core::StopReason;
@@ -100,12 +99,7 @@ impl<'m> Joint<'m> {
         watch: &dyn SolveObserver,
         price: f64,
     ) -> Result<Option<GlobalEstimate<'m>>, SolveError> {
-        let whole = Whole {
-            model,
-            settings: &self.settings,
-            watch,
-            systems: Systems(None),
-        };
+        let whole = Whole::new(model, &self.settings, watch);
         let until = Until {
             looks: self.looks,
             walks: super::ENDLESS,
@@ -214,9 +208,8 @@ impl<'m> Question<'_, 'm> {
         for cells in self.levels(chosen) {
             let best = looked.joint.as_ref().map_or(f64::INFINITY, Joint::seconds);
             let settings = self.on(cells, chosen);
-            let level = match self.model.partition(&settings.discretisation()) {
-                Ok(level) if level.unknowns() <= UNKNOWNS => level,
-                _ => break,
+            let Some(level) = self.level(&settings) else {
+                break;
             };
             let setup = level.cost(self.pairs()).setup;
             let pilot = setup + self.pilot_seconds(&*level, &settings);
@@ -299,9 +292,8 @@ impl<'m> Question<'_, 'm> {
                 lift: Some(degree),
                 ..self.on(cells, chosen)
             };
-            let level = match self.model.partition(&settings.discretisation()) {
-                Ok(level) if level.unknowns() <= UNKNOWNS => level,
-                _ => break,
+            let Some(level) = self.level(&settings) else {
+                break;
             };
             let Some(cost) = level.lift_cost(degree) else {
                 break;
@@ -347,6 +339,12 @@ impl<'m> Question<'_, 'm> {
         all
     }
 
+    /// The cells of these settings, unless they are refused or too many.
+    fn level(&self, settings: &Settings) -> Option<Box<dyn Partitioned<'m> + 'm>> {
+        let level = self.model.partition(&settings.discretisation()).ok()?;
+        (level.unknowns() <= UNKNOWNS).then_some(level)
+    }
+
     /// The settings with so many cells, and with the degree and the walks of the choice.
     fn on(&self, cells: usize, chosen: &Chosen<'m>) -> Settings {
         let most = self.model.about().most_degree.saturating_sub(1);
@@ -384,12 +382,8 @@ impl<'m> Question<'_, 'm> {
         (tolerance, may): (Tolerance, f64),
         lost: &mut f64,
     ) -> Result<Option<Joint<'m>>, Error> {
-        let whole = Whole {
-            model: self.model,
-            settings: &settings,
-            watch: &Quiet(self.watch),
-            systems: Systems(None),
-        };
+        let watch = Quiet(self.watch);
+        let whole = Whole::new(self.model, &settings, &watch);
         let ready = whole.ready()?;
         let looks = Looks::of_goals(self.goals);
         let [points, means] = looks.counts(self.model).map(|count| count as f64);
@@ -462,12 +456,8 @@ impl<'m> Question<'_, 'm> {
         let mut settings = joint.settings.clone();
         settings.sequence = Some(Sequence::Sobol);
         settings.forced_steps = Some(forced_steps);
-        let whole = Whole {
-            model: self.model,
-            settings: &settings,
-            watch: &Quiet(self.watch),
-            systems: Systems(None),
-        };
+        let watch = Quiet(self.watch);
+        let whole = Whole::new(self.model, &settings, &watch);
         let walk = WalkOptions {
             sequence: Sequence::Sobol,
             forced_steps,

@@ -71,6 +71,17 @@ pub(crate) struct Until {
     pub(crate) price: f64,
 }
 
+impl Until {
+    /// As many walks, whatever another method takes.
+    pub(crate) const fn end(looks: Looks, walks: u64) -> Self {
+        Self {
+            looks,
+            walks,
+            price: f64::INFINITY,
+        }
+    }
+}
+
 /// The walks so far.
 pub(crate) struct Walked {
     replicates: Replicates,
@@ -95,7 +106,21 @@ pub(crate) fn best_absorption(radius: f64) -> f64 {
     format!("{best:.1e}").parse().unwrap_or(best)
 }
 
-impl<'m> Whole<'_, 'm> {
+impl<'a, 'm> Whole<'a, 'm> {
+    /// Walks of an equation whose systems nobody keeps.
+    pub(crate) fn new(
+        model: &'m dyn Model,
+        settings: &'a Settings,
+        watch: &'a dyn SolveObserver,
+    ) -> Self {
+        Self {
+            model,
+            settings,
+            watch,
+            systems: Systems(None),
+        }
+    }
+
     /// Sets up.
     pub(crate) fn ready(&self) -> Result<Ready<'m>, Error> {
         let start = Instant::now();
@@ -206,11 +231,7 @@ impl<'m> Whole<'_, 'm> {
             time_limit: None,
             ..*walk
         };
-        let until = Until {
-            looks,
-            walks: walk.walks,
-            price: f64::INFINITY,
-        };
+        let until = Until::end(looks, walk.walks);
         Ok((self.walk_as(ready, (&walk, true), &until)?, until.looks))
     }
 
@@ -252,11 +273,7 @@ impl<'m> Whole<'_, 'm> {
             tolerance: None,
             ..ready.walk
         };
-        let until = Until {
-            looks: Looks::of_points(self.model),
-            walks: walk.walks,
-            price: f64::INFINITY,
-        };
+        let until = Until::end(Looks::of_points(self.model), walk.walks);
         let request = GlobalRequest {
             walk: &walk,
             degree: ready.degree,
