@@ -384,7 +384,7 @@ pub trait Partitioned<'m>: Send + Sync {
     /// [`Error::Kept`]: it does not fit these cells. [`Error::Internal`]: this kind saves no systems.
     fn restore(&self, saved: SavedSystem<'m>) -> Result<Box<dyn System + 'm>, Error> {
         let _ = saved;
-        Err(NO_SAVED)
+        Err(Error::Internal("a system of a kind that saves none"))
     }
 
     /// Prepares walks that follow no neighbour equation, and hands them on.
@@ -451,7 +451,7 @@ pub trait System: Send + Sync {
         Self: 's,
     {
         let _ = degree;
-        Err(NO_LIFT)
+        Err(Error::Internal("a system without a lift"))
     }
 
     /// The system as one that has its global estimate from one set of walks. A kind whose chain preserves no density that
@@ -463,16 +463,9 @@ pub trait System: Send + Sync {
     where
         Self: 's,
     {
-        Err(NO_WHOLE)
+        Err(Error::Internal("a system without a global estimate"))
     }
 }
-
-/// A system of a kind that has no lift, of a model that says so.
-const NO_LIFT: Error = Error::Internal("a system without a lift");
-/// A system of a kind that saves none.
-const NO_SAVED: Error = Error::Internal("a system of a kind that saves none");
-/// A system that has no global estimate, of a model that says so.
-const NO_WHOLE: Error = Error::Internal("a system without a global estimate");
 
 /// `Debug` of objects of a trait, by its name.
 ///

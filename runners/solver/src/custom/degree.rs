@@ -1,8 +1,8 @@
 //! What takes the number of functions on a cell as a constant.
 
 use fredholm_core::galerkin::{
-    AllPointwise, Basis, Coefficients, Dense, DiagonalRule, GalerkinMatrix, PairIntegral, PairKind,
-    Piecewise, Rounded, Solution, TransitionMoments, buffer, second_moment_radius,
+    AllPointwise, Basis, Cells, Coefficients, Dense, DiagonalRule, GalerkinMatrix, PairIntegral,
+    PairKind, Piecewise, Rounded, Solution, TransitionMoments, buffer, second_moment_radius,
 };
 use fredholm_core::{Located, Neighbour, Real, Space};
 
@@ -60,24 +60,20 @@ pub(crate) struct Of<'a, E> {
     pub(crate) equation: &'a E,
     /// The numbers that the degree keeps of K'.
     pub(crate) entries: &'a [f64],
-    /// n and B.
-    pub(crate) shape: [usize; 2],
     pub(crate) solution: &'a Solution,
 }
 
 /// Coefficients of any form.
 pub(crate) type Closed<'e> = Box<dyn GalerkinMatrix<Scalar = f64> + Sync + 'e>;
 
-impl<'a, E> Of<'a, E> {
-    /// The dense table of K'.
-    pub(crate) fn table(&self) -> Result<Dense<'a, f64>, Error> {
-        dense(self.entries, self.shape)
-    }
-}
-
-/// A dense table of n times B unknowns.
-fn dense(entries: &[f64], [n, functions]: [usize; 2]) -> Result<Dense<'_, f64>, Error> {
-    Dense::new(entries, n, functions).ok_or(Error::Internal("a table has a wrong size"))
+/// The dense table of K' of an equation with so many functions on a cell.
+fn dense<'e>(
+    equation: &impl Cells,
+    entries: &'e [f64],
+    functions: usize,
+) -> Result<Dense<'e, f64>, Error> {
+    let table = Dense::new(entries, equation.cells(), functions);
+    table.ok_or(Error::Internal("a table has a wrong size"))
 }
 
 /// Which pairs of cells a neighbour equation may have.
@@ -126,10 +122,7 @@ pub(crate) trait Degree<E: CustomEquation>: Send + Sync {
 
     /// K' of these numbers: a dense table, unless it has a form of its own.
     fn matrix<'e>(&self, equation: &'e E, entries: &'e [f64]) -> Result<Closed<'e>, Error> {
-        Ok(Box::new(dense(
-            entries,
-            [equation.cells(), self.functions()],
-        )?))
+        Ok(Box::new(dense(equation, entries, self.functions())?))
     }
 
     /// The functions themselves.
@@ -235,7 +228,7 @@ impl<E: CustomEquation + TransitionMoments<B>, const B: usize> Degree<E> for Smo
         if !matches!(kinds, Kinds::AllInS | Kinds::Paper) {
             return Err(Error::Internal("pointwise pairs need their integrals"));
         }
-        let coefficients = of.table()?;
+        let coefficients = dense(of.equation, of.entries, B)?;
         let vectors = of.solution.for_walks(&coefficients, IN_S)?;
         let rounded = Rounded::new(&coefficients);
         let neighbour: Piecewise<'_, _, _, _, _, _, B> =
@@ -249,7 +242,8 @@ impl<E: CustomEquation + TransitionMoments<B>, const B: usize> Degree<E> for Smo
         nodes: &Nodes<E::Point>,
         kinds: Kinds,
     ) -> Result<f64, Error> {
-        squared_radius::<_, _, B>(of.equation, &of.table()?, nodes, &kinds.any(IN_S))
+        let coefficients = dense(of.equation, of.entries, B)?;
+        squared_radius::<_, _, B>(of.equation, &coefficients, nodes, &kinds.any(IN_S))
     }
 }
 
@@ -341,7 +335,7 @@ where
         kinds: Kinds,
         then: &mut Use<'_, E>,
     ) -> Result<(), Error> {
-        let coefficients = of.table()?;
+        let coefficients = dense(of.equation, of.entries, B)?;
         let rounded = Rounded::new(&coefficients);
         match kinds {
             Kinds::AllInS | Kinds::Paper => Smooth::<B>.with_neighbour(of, kinds, then),

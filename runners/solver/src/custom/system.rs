@@ -155,19 +155,18 @@ impl<'m, E: CustomEquation<Scalar = f64>> CustomPartition<'m, E> {
     }
 
     /// The system of these coefficients with this solution.
-    fn solved(&self, entries: Vec<f64>, solution: Solution) -> Result<Box<dyn System + 'm>, Error> {
-        Ok(Box::new(CustomSystem {
+    fn solved(&self, entries: Vec<f64>, solution: Solution) -> Box<dyn System + 'm> {
+        Box::new(CustomSystem {
             cut: *self,
             solved: Solved {
                 cells: self.asked,
                 degree: self.degree,
                 entries,
-                shape: [self.all, self.of_degree()?.functions()],
                 solution,
                 lifted: None,
             },
             radii: Mutex::default(),
-        }))
+        })
     }
 }
 
@@ -311,12 +310,12 @@ impl<'m, E: CustomEquation<Scalar = f64>> Partitioned<'m> for CustomPartition<'m
             TOLERANCE,
             SWEEPS,
         )?;
-        self.solved(entries, solution)
+        Ok(self.solved(entries, solution))
     }
 
     fn restore(&self, saved: SavedSystem<'m>) -> Result<Box<dyn System + 'm>, Error> {
         let solution = saved.fitting(self.unknowns(), self.stored())?;
-        self.solved(saved.coefficients.into_owned(), solution)
+        Ok(self.solved(saved.coefficients.into_owned(), solution))
     }
 
     fn plain_job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
@@ -402,7 +401,6 @@ impl<E: CustomEquation<Scalar = f64>> CustomSystem<'_, E> {
                 let of = Of {
                     equation: &equation,
                     entries: &self.solved.entries,
-                    shape: self.solved.shape,
                     solution: &self.solved.solution,
                 };
                 let degree = self.cut.of_degree()?;
@@ -534,7 +532,7 @@ impl<E: CustomEquation<Scalar = f64>> System for CustomSystem<'_, E> {
                         );
                     }
                     let cell = neighbour.locate(x).cell;
-                    group(cell, cells).name(ends.as_deref())
+                    group(cell, cells, ends.as_deref())
                 },
             })
         })
@@ -601,9 +599,8 @@ impl<E: CustomEquation<Scalar = f64>> CustomSystem<'_, E> {
         let mut tables = TableBuilder::new(self.cut.model.name);
         tables.numbers("axes", &[E::DIMENSION as u32, self.cut.asked as u32]);
         tables.numbers("degree", &[self.cut.degree as u32]);
-        let [n, functions] = solved.shape;
-        if solved.entries.len() == (n * functions).pow(2) {
-            add_dense::<F>(&mut tables, &solved.entries, functions);
+        if solved.entries.len() == self.cut.unknowns().pow(2) {
+            add_dense::<F>(&mut tables, &solved.entries, degree.functions());
         } else {
             // Products are rounded, not factors, so that the walks are the library's own.
             tables.numbers("factors", &solved.entries);
@@ -640,28 +637,14 @@ fn part_of(x: &[f64], intervals: &[[f64; 2]]) -> String {
     places.join(" × ")
 }
 
-/// Neighbouring cells that are summed.
-struct Group {
-    first: usize,
-    last: usize,
-}
-
-/// The cells with which a cell is summed.
-fn group(cell: usize, cells: usize) -> Group {
+/// The neighbouring cells with which a cell is summed, for people: where a coordinate has them, by the ends of all cells.
+fn group(cell: usize, cells: usize, ends: Option<&[f64]>) -> String {
     let width = cells.div_ceil(PLACES).max(1);
     let first = cell / width * width;
     let last = (first + width).min(cells) - 1;
-    Group { first, last }
-}
-
-impl Group {
-    /// For people: where a coordinate has them, by the ends of all cells.
-    fn name(&self, ends: Option<&[f64]>) -> String {
-        let Self { first, last } = *self;
-        match ends.and_then(|ends| ends.get(first..last + 2)) {
-            Some([from, .., to]) => format!("[{from:.2}, {to:.2}]"),
-            _ if last > first => format!("cells {first} to {last}"),
-            _ => format!("cell {first}"),
-        }
+    match ends.and_then(|ends| ends.get(first..last + 2)) {
+        Some([from, .., to]) => format!("[{from:.2}, {to:.2}]"),
+        _ if last > first => format!("cells {first} to {last}"),
+        _ => format!("cell {first}"),
     }
 }

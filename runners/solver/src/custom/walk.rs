@@ -71,8 +71,6 @@ pub(super) struct Solved {
     pub(super) degree: usize,
     /// The numbers that the degree keeps of K'.
     pub(super) entries: Vec<f64>,
-    /// n and B.
-    pub(super) shape: [usize; 2],
     pub(super) solution: Solution,
     /// The solution in place of that, if it is lifted.
     pub(super) lifted: Option<Lifted>,
@@ -123,14 +121,8 @@ pub(super) trait Walks: Send + Sync {
         then: &mut WithGlobalJob<'_>,
     ) -> Result<(), Error>;
 
-    /// The name of the weight of this number.
-    fn weight(&self, number: usize) -> Option<&str>;
-
-    /// Whether pairs may be pointwise, for every degree.
-    fn integrals(&self) -> Vec<bool>;
-
-    /// Whether last steps may lead to the light.
-    fn has_lights(&self) -> bool;
+    /// What may be asked: whether pairs may be pointwise, for every degree; the names of weights; whether last steps may lead to the light.
+    fn abilities(&self) -> (Vec<bool>, Vec<&str>, bool);
 }
 
 /// A weighted integral ∫ w u dμ: Φ = w, walks start uniformly.
@@ -473,11 +465,12 @@ impl<E: CustomEquation> Equations<E> {
             let v: Vec<E::Scalar> = v.into_iter().map(E::Scalar::from_f64).collect();
             return then(&lifted.neighbour(equation), &v);
         }
+        let degree = self.degree(solved.degree)?;
         let mut solution = Cow::Borrowed(&solved.solution);
         if let Some(lights) = lights {
             let middle = [0.5; MOST_DIMENSIONS];
             let v = &mut solution.to_mut().v;
-            for (cell, own) in v.chunks_exact_mut(solved.shape[1].max(1)).enumerate() {
+            for (cell, own) in v.chunks_exact_mut(degree.functions()).enumerate() {
                 let x = equation.point(cell, &middle[..E::DIMENSION]);
                 own[0] -= lights.known(equation, &x);
             }
@@ -485,10 +478,9 @@ impl<E: CustomEquation> Equations<E> {
         let of = Of {
             equation,
             entries: &solved.entries,
-            shape: solved.shape,
             solution: &solution,
         };
-        self.degree(solved.degree)?.with_neighbour(&of, kinds, then)
+        degree.with_neighbour(&of, kinds, then)
     }
 
     /// Hands on the job of all goals, and (v, Φ) of each.
@@ -713,16 +705,13 @@ impl<E: CustomEquation> Walks for Equations<E> {
         score(&AdjointScores(&images))
     }
 
-    fn weight(&self, number: usize) -> Option<&str> {
-        self.weights.get(number).map(|(name, _)| name.as_str())
-    }
-
-    fn integrals(&self) -> Vec<bool> {
+    fn abilities(&self) -> (Vec<bool>, Vec<&str>, bool) {
         let degrees = self.degrees.iter();
-        degrees.map(|degree| degree.pairs().pointwise).collect()
-    }
-
-    fn has_lights(&self) -> bool {
-        self.lights.is_some()
+        let names = self.weights.iter().map(|(name, _)| name.as_str());
+        (
+            degrees.map(|degree| degree.pairs().pointwise).collect(),
+            names.collect(),
+            self.lights.is_some(),
+        )
     }
 }
