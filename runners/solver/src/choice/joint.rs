@@ -10,7 +10,7 @@ use fredholm_model::WholeValues;
 use fredholm_model::cost::{Cost, PointwisePairs};
 
 use super::Chosen;
-use super::search::Quiet;
+use super::search::{LIFTED_PILOT, OF_SEQUENCE, PAYS, Quiet};
 use crate::answer::SolveObserver;
 use crate::chosen::{ChoiceReport, WHOLE};
 use crate::execute::CellCount;
@@ -24,10 +24,6 @@ const SHARE: f64 = 0.05;
 const FINER: f64 = 0.25;
 /// Walks of a pilot: 16 of each replicate.
 const PILOT: u64 = 1024;
-/// Walks of a pilot of a lift, as many as where every target has walks of its own: rare scores make most of the variance.
-const LIFTED_PILOT: u64 = 16_384;
-/// How many times as long as a lift others must take for it to be taken, as there.
-const LIFT_PAYS: f64 = 2.0;
 /// Walks of a pilot that draws from a sequence, which gains with its length: 64 of each replicate. States without absorption, after which
 /// on cubes hardly anything is left.
 const LONG_PILOT: u64 = 4096;
@@ -36,8 +32,6 @@ const FORCED_STEPS: u32 = 4;
 const SEQUENCE_SHARE: f64 = 0.1;
 /// The rate r of a variance of N^−r that longer replicates are trusted to have; that of pseudo-random walks is 1.
 const TRUSTED_RATE: f64 = 1.25;
-/// Seconds of a walk of a sequence over those of a pseudo-random one with as many states, which may be compiled for its equation.
-const OF_SEQUENCE: f64 = 1.3;
 /// The mask of a pilot's seed: its walks differ from those of the answer.
 const SEED: u64 = 0x6a6f_696e_7473;
 /// A walk that scores in every state, over one that scores its start: 1.4 to 2.4 were measured.
@@ -314,7 +308,7 @@ impl<'m> Question<'_, 'm> {
                 Ok(found) => {
                     looked.pilots += 1;
                     looked.walks += LIFTED_PILOT;
-                    let pays = |joint: &Joint<'_>| LIFT_PAYS * joint.seconds() < least;
+                    let pays = |joint: &Joint<'_>| PAYS * joint.seconds() < least;
                     if let Some(joint) = found.filter(pays) {
                         looked.joint = Some(joint);
                     }
