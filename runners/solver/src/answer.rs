@@ -13,7 +13,7 @@ use crate::{Error, Goal, Model, Partitioned, Scalar, Settings, System, WalkOptio
 use fredholm_model::cost::PointwisePairs;
 use fredholm_model::numbers::short;
 use fredholm_model::resolvent::ResolventFigures;
-use fredholm_model::{Derived, Prepared, Request, Then};
+use fredholm_model::{Derived, Request, Then};
 
 /// An observer of a solution: it is told of the choice, of stages of walks and of sites, and may cancel.
 ///
@@ -283,22 +283,11 @@ impl Walks<'_> {
         let start = Instant::now();
         let mut answer = None;
         prepare(&mut |prepared| {
-            let setup_seconds = start.elapsed().as_secs_f64();
-            answer = Some(self.run(request, watch, prepared, setup_seconds)?);
+            let set_up = SetUp::new(prepared, start.elapsed().as_secs_f64());
+            answer = Some(self.run_as(request, watch, prepared.job, &set_up)?);
             Ok(())
         })?;
         answer.ok_or(Error::Internal("no walks were prepared"))
-    }
-
-    fn run(
-        &self,
-        request: &Request<'_>,
-        watch: &dyn SolveObserver,
-        prepared: &Prepared<'_>,
-        setup_seconds: f64,
-    ) -> Result<Answer, Error> {
-        let set_up = SetUp::new(prepared, setup_seconds);
-        self.run_as(request, watch, prepared.job, &set_up)
     }
 
     /// Runs a job whose set-up is known.

@@ -13,6 +13,7 @@ mod whole;
 pub use chain::ChainReport;
 pub use columns::{Column, Columns};
 pub use resolvent::ResolventReport;
+pub(crate) use text::named;
 pub use whole::GlobalReport;
 
 use fredholm_core::{DEFAULT_GENERATOR, Estimate, Statistics, StopReason};

@@ -70,34 +70,22 @@ impl<'m> Systems<'m> {
         })
     }
 
-    /// The system of these cells, timed.
+    /// The system of these cells, timed, and lifted if that is asked for.
     pub(crate) fn solved(
         self,
         cells: &(dyn Partitioned<'m> + 'm),
         settings: &Settings,
     ) -> Result<Solved<'m>, Error> {
         let start = Instant::now();
-        Ok(Solved {
-            system: self.lifted(cells, settings)?,
+        let solved = Solved {
+            system: self.solve(cells, settings.discretisation())?,
             seconds: start.elapsed().as_secs_f64(),
-        })
-    }
-
-    /// The system of these cells, lifted if that is asked for.
-    pub(crate) fn lifted(
-        self,
-        cells: &(dyn Partitioned<'m> + 'm),
-        settings: &Settings,
-    ) -> Result<Box<dyn System + 'm>, Error> {
-        let system = self.solve(cells, settings.discretisation())?;
-        match settings.lifted() {
-            Some(degree) => system.lift(degree),
-            None => Ok(system),
-        }
+        };
+        solved.lifted(settings.lifted())
     }
 
     /// The system of these cells.
-    pub(crate) fn solve(
+    fn solve(
         self,
         cells: &(dyn Partitioned<'m> + 'm),
         cut: Discretisation,

@@ -153,11 +153,14 @@ impl GlobalEstimate<'_> {
     /// # Errors
     /// [`Error::Region`]: the space has no such region.
     pub fn functional(&self, region: &Region) -> Result<GlobalValue, Error> {
-        let values = self.values(core::slice::from_ref(region))?;
-        values
-            .first()
-            .copied()
-            .ok_or(Error::Internal("a region without a value"))
+        self.one(GlobalQuantity::U, region)
+    }
+
+    /// A quantity of a region.
+    fn one(&self, quantity: GlobalQuantity, region: &Region) -> Result<GlobalValue, Error> {
+        let values = self.quantities(quantity, core::slice::from_ref(region))?;
+        let value = values.first().copied();
+        value.ok_or(Error::Internal("a region without a value"))
     }
 
     /// The values of several regions, on all threads.
@@ -208,9 +211,7 @@ impl GlobalEstimate<'_> {
                 message: "irradiances and net fluxes are those of walls of a room".to_owned(),
             });
         }
-        let values = self.quantities(quantity, core::slice::from_ref(region))?;
-        let value = values.first().copied();
-        value.ok_or(Error::Internal("a region without a value"))
+        self.one(quantity, region)
     }
 
     /// A quantity of several regions, on all threads.

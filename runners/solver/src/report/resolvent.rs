@@ -7,6 +7,7 @@ use fredholm_model::numbers::{aligned, short, with_error};
 use fredholm_model::resolvent::{ResolventAnswer, ResolventEstimate, ResolventFigures};
 use serde::Serialize;
 
+use super::text::named;
 use super::{EstimateReport, GoalReport, Report, Run};
 use crate::answer::Answer;
 use crate::{Goal, Model, Settings};
@@ -167,11 +168,9 @@ impl Report {
             rows.push(row);
         }
         format!(
-            "{}{}, {} cells{}, resolvent walks, {}, seed {}\n\n{}\
+            "{}, {} cells{}, resolvent walks, {}, seed {}\n\n{}\
              {found}; set-up {} s, walks {} s\n",
-            self.problem,
-            self.dimension
-                .map_or(String::new(), |d| format!(" of dimension {d}")),
+            named(self.problem, self.dimension),
             self.cells
                 .saturating_pow(self.dimension.unwrap_or(1) as u32),
             match self.degree {

@@ -46,10 +46,8 @@ impl Report {
             .saturating_pow(self.dimension.unwrap_or(1) as u32);
         let chain = self.chain.as_ref();
         format!(
-            "{}{}, {} cell{}{}{}, {}, {}, seed {}",
-            self.problem,
-            self.dimension
-                .map_or(String::new(), |d| format!(" of dimension {d}")),
+            "{}, {} cell{}{}{}, {}, {}, seed {}",
+            named(self.problem, self.dimension),
             cells,
             if cells == 1 { "" } else { "s" },
             if self.degree == 0 {
@@ -325,6 +323,14 @@ impl core::fmt::Display for Report {
             writeln!(f, "warning: {remark}")?;
         }
         Ok(())
+    }
+}
+
+/// The name of a problem: "cube of dimension 2".
+pub(crate) fn named(problem: &str, dimension: Option<usize>) -> String {
+    match dimension {
+        Some(dimension) => format!("{problem} of dimension {dimension}"),
+        None => problem.to_owned(),
     }
 }
 

@@ -6,7 +6,7 @@ use fredholm_model::{Flux, GlobalQuantity};
 use serde::{Serialize, Serializer};
 
 use super::csv::{COLUMNS_OF_GOALS, COLUMNS_OF_WHOLE, CsvTable, Entry, of_columns};
-use super::text::{heads_of_heats, heats, with_unit};
+use super::text::{heads_of_heats, heats, named, with_unit};
 use super::{Coordinates, EndingsReport, EnergyReport, EstimateReport, GoalReport, Over, Report};
 use crate::choice::Chosen;
 use crate::{
@@ -219,10 +219,7 @@ impl GlobalReport {
         };
         format!(
             "{}, {how}, {}, seed {}\n\n{}{}\n{}\n",
-            match summary.dimension {
-                Some(d) => format!("{} of dimension {d}", summary.problem),
-                None => summary.problem.to_owned(),
-            },
+            named(summary.problem, summary.dimension),
             summary.scalar,
             summary.seed,
             aligned(&rows),

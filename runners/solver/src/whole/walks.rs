@@ -154,7 +154,8 @@ impl<'a, 'm> Whole<'a, 'm> {
         if !walk.allow_infinite_variance {
             cells.check_variance(&walk)?;
         }
-        let system = self.systems.lifted(&*cells, self.settings)?.whole()?;
+        let solved = self.systems.solved(&*cells, self.settings)?;
+        let system = solved.system.whole()?;
         let degree = self.score_degree(&*system)?;
         let degrees = system.degrees(degree);
         // Sums, coefficients, and what makes T_K of them.
