@@ -1,7 +1,7 @@
 //! Three stages of a solution: a model, its cells, its solved system. All are object safe.
 
 use fredholm_core::galerkin::Convergence;
-use fredholm_core::{Estimate, Job, Statistics};
+use fredholm_core::{Job, Statistics};
 use fredholm_embedded::TableBuilder;
 use serde::Serialize;
 
@@ -12,7 +12,7 @@ use crate::question::{ResolventFound, ResolventQuestion};
 
 use crate::cost::{Cost, PointwisePairs};
 use crate::{
-    About, Derived, Discretisation, Error, GlobalField, GlobalSystem, Goal, Heat, Pairs, Region,
+    About, Derived, Discretisation, Error, GlobalField, GlobalSystem, Goal, Pairs, Region,
     SavedSystem, WalkOptions,
 };
 
@@ -111,11 +111,6 @@ pub trait Model: Send + Sync {
         Some(place)
     }
 
-    /// The region of the point with these coordinates.
-    fn point(&self, coordinates: &[f64]) -> Region {
-        Region::Point(coordinates.to_vec())
-    }
-
     /// What a user should know of the equation before its results: which walls an obstacle covers, say.
     fn notes(&self) -> Vec<String> {
         Vec::new()
@@ -185,36 +180,6 @@ pub trait Model: Send + Sync {
     /// The surfaces between which light or heat goes, if there are some: they have irradiances and net fluxes.
     fn exchange(&self) -> Option<&dyn RadiativeExchange> {
         None
-    }
-
-    /// Whether a region has an irradiance: [`GlobalQuantity::Irradiance`](crate::GlobalQuantity::Irradiance).
-    fn has_irradiance(&self, region: &Region) -> bool {
-        self.exchange()
-            .is_some_and(|surfaces| !surfaces.is_in_air(region))
-    }
-
-    /// The parts whose net fluxes are results, and whether these are given.
-    fn flux_parts(&self) -> Vec<(usize, bool)> {
-        let of = |surfaces: &dyn RadiativeExchange| {
-            let parts = surfaces.flux_surfaces().into_iter();
-            parts
-                .map(|part| (part, surfaces.is_flux_given(part)))
-                .collect()
-        };
-        self.exchange().map_or_else(Vec::new, of)
-    }
-
-    /// Whether the irradiance of a region does not follow from u there.
-    fn has_own_irradiance(&self, region: &Region) -> bool {
-        self.exchange()
-            .is_some_and(|surfaces| surfaces.takes_walks(region, false))
-    }
-
-    /// What follows from u of a region and from its irradiance, which need not be given where it follows from u.
-    fn heat(&self, region: &Region, u: Estimate, irradiance: Option<Estimate>) -> Heat {
-        self.exchange().map_or_else(Heat::default, |surfaces| {
-            surfaces.heat_of(region, u, irradiance)
-        })
     }
 
     /// (u, Φ), if it is known.

@@ -94,8 +94,7 @@ impl<'m> Solver<'m> {
     pub fn at(self, point: impl Into<Point>) -> Self {
         let Point(x) = point.into();
         let texts: Vec<String> = x.iter().map(f64::to_string).collect();
-        let region = self.model.point(&x);
-        self.goal(&format!("u({})", texts.join(", ")), region)
+        self.goal(&format!("u({})", texts.join(", ")), Region::Point(x))
     }
 
     /// Asks for u on a part, for instance a wall of a room, at this share of its length from 0 to 1.

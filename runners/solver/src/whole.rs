@@ -144,7 +144,7 @@ impl GlobalEstimate<'_> {
     /// # Errors
     /// [`Error::Region`]: the space has no such point.
     pub fn at(&self, point: impl Into<Point>) -> Result<GlobalValue, Error> {
-        self.functional(&self.model.point(&point.into().0))
+        self.functional(&Region::Point(point.into().0))
     }
 
     /// (u, Φ) for a region: the mean over the whole space ([`Model::whole`]) or over a part, an integral with a weight, a
@@ -206,7 +206,8 @@ impl GlobalEstimate<'_> {
     }
 
     fn heat(&self, quantity: GlobalQuantity, region: &Region) -> Result<GlobalValue, Error> {
-        if !self.model.has_irradiance(region) {
+        let surfaces = self.model.exchange();
+        if surfaces.is_none_or(|surfaces| surfaces.is_in_air(region)) {
             return Err(Error::Region {
                 message: "irradiances and net fluxes are those of walls of a room".to_owned(),
             });

@@ -20,7 +20,10 @@ impl GlobalEstimate<'_> {
             let name = model.part(cell.part).unwrap_or_default();
             let goal = Goal::new(format!("{name}[{number}]"), Region::Part(cell.part));
             let mut report = GoalReport::of_whole(self, &goal, None, &value);
-            report.add(&model.heat(&goal.region, estimate(&value), None), model, 1);
+            if let Some(surfaces) = model.exchange() {
+                let heat = surfaces.heat_of(&goal.region, estimate(&value), None);
+                report.add(&heat, model, 1);
+            }
             GoalReport {
                 position: Some(cell.middle().to_vec()),
                 corners: cell.corners.clone(),

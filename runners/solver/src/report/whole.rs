@@ -327,7 +327,10 @@ impl GlobalEstimate<'_> {
     /// Adds irradiances, and what follows from them.
     fn add_heat(&self, goals: &[Goal], targets: &mut [GoalReport]) -> Result<(), Error> {
         let model = self.model();
-        let lit = |goal: &&Goal| model.has_own_irradiance(&goal.region);
+        let Some(surfaces) = model.exchange() else {
+            return Ok(());
+        };
+        let lit = |goal: &&Goal| surfaces.takes_walks(&goal.region, false);
         let regions: Vec<Region> = goals.iter().filter(lit).map(|g| g.region.clone()).collect();
         let irradiances = self.quantities(GlobalQuantity::Irradiance, &regions)?;
         let mut irradiances = irradiances.iter().map(estimate);
@@ -342,31 +345,34 @@ impl GlobalEstimate<'_> {
                 std_dev: None,
             };
             // An estimate is there however few walks there were.
-            target.add(&model.heat(&goal.region, u, own), model, 1);
+            target.add(&surfaces.heat_of(&goal.region, u, own), model, 1);
         }
         Ok(())
     }
 
     /// The net fluxes out of all parts, and their sum, if the model has them.
     fn energy(&self) -> Result<Option<EnergyReport>, Error> {
-        let parts = self.model().flux_parts();
+        let Some(surfaces) = self.model().exchange() else {
+            return Ok(None);
+        };
+        let parts = surfaces.flux_surfaces();
         if parts.is_empty() {
             return Ok(None);
         }
-        let mut regions: Vec<Region> = parts.iter().map(|(part, _)| Region::Part(*part)).collect();
-        regions.push(Region::Parts(parts.iter().map(|(part, _)| *part).collect()));
+        let mut regions: Vec<Region> = parts.iter().copied().map(Region::Part).collect();
+        regions.push(Region::Parts(parts.clone()));
         let values = self.quantities(GlobalQuantity::NetFlux, &regions)?;
         // The walks are those of all.
         let walks = self.summary().walks;
-        let fluxes = parts
-            .iter()
-            .zip(&values)
-            .map(|(&(part, is_given), value)| Flux {
+        let fluxes = parts.into_iter().zip(&values).map(|(part, value)| {
+            let is_given = surfaces.is_flux_given(part);
+            Flux {
                 name: self.model().part(part).unwrap_or_default().to_owned(),
                 walks: if is_given { 0 } else { walks },
                 net_flux: Some(estimate(value)).filter(|flux| !flux.estimate.is_nan()),
                 is_given,
-            });
+            }
+        });
         let all = values.last().map(estimate);
         let all = all.filter(|all| !all.estimate.is_nan());
         let unit = self.model().flux_unit();

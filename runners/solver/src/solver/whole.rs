@@ -132,7 +132,7 @@ impl<'m> Solver<'m> {
         let run = || -> Result<Vec<GlobalValue>, SolveError> {
             self.check()?;
             let points = points.iter().cloned().map(Into::into);
-            let points = points.map(|Point(at)| self.model.point(&at));
+            let points = points.map(|Point(at)| Region::Point(at));
             let goals = points.map(|region| Goal::new("u", region));
             let goals: Vec<Goal> = goals.collect();
             self.model.check_goals(&goals)?;
