@@ -267,7 +267,7 @@ fn infinite_domains_and_systems_are_walked_together() {
     }
 }
 
-/// With F alone u is F in every point, and integrals are those of F, whatever the map from [0, 1].
+/// Without a kernel u is F in every point, and integrals are those of F, whatever the map from [0, 1].
 #[test]
 fn points_and_measures_are_those_of_the_domain() {
     const INF: f64 = f64::INFINITY;

@@ -137,10 +137,8 @@ impl<E: CustomEquation> Scores<E::Point> for CellScores<'_, E> {
     fn value(&self, x: &Located<E::Point>, coefficients: &[f64]) -> f64 {
         let start = x.cell * self.functions();
         let own = coefficients.get(start..start + self.functions());
-        let t = parameters(self.equation, x);
         own.map_or(f64::NAN, |own| {
-            let terms = own.iter().zip(self.polynomials.at(&t));
-            terms.map(|(c, psi)| c * psi).sum()
+            self.polynomials.value(&parameters(self.equation, x), own)
         })
     }
 }

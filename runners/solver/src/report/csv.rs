@@ -18,8 +18,8 @@ pub(super) enum Entry {
 }
 
 impl Entry {
-    /// The entry with its number as text, all digits before the point.
-    pub(super) fn as_text(self) -> Self {
+    /// The entry with its number written out, without an exponent.
+    pub(super) fn written_out(self) -> Self {
         match self {
             Self::Number(number) => Self::Text(number.map_or(String::new(), |x| x.to_string())),
             own => own,
@@ -183,7 +183,7 @@ impl CsvTable<'_> {
             if let Some(column) = own.iter().position(|name| *name == "walks") {
                 row[column] = walks.map_or(Entry::EMPTY, Entry::Count);
             }
-            row.extend([flux.estimate, flux.std_error].map(|x| Entry::Number(x).as_text()));
+            row.extend([flux.estimate, flux.std_error].map(|x| Entry::Number(x).written_out()));
             writer.serialize(row).map_err(|_| FAILED)?;
         }
         let bytes = writer.into_inner().map_err(|_| FAILED)?;

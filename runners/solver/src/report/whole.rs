@@ -160,7 +160,7 @@ impl GlobalReport {
             more: &[],
             energy: self.energy.as_ref(),
         };
-        table.text(self.rows(), Entry::as_text)
+        table.text(self.rows(), Entry::written_out)
     }
 
     /// The report as a table for people.

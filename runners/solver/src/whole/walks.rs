@@ -72,7 +72,7 @@ pub(crate) struct Until {
 }
 
 impl Until {
-    /// As many walks, whatever another method takes.
+    /// Walks that end after this number, whatever another method takes.
     pub(crate) const fn end(looks: Looks, walks: u64) -> Self {
         Self {
             looks,

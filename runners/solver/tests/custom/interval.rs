@@ -29,7 +29,7 @@ fn laplace(cells: usize) -> Result<Interval, NoCells> {
     })
 }
 
-/// Of the kernel of [`laplace`].
+/// The integrals of the kernel of [`laplace`].
 impl PairIntegral for Interval {
     fn pair_integral(&self, x: &Located<f64>, j: usize) -> [f64; 1] {
         let middle = (j as f64 + 0.5) * self.width();
