@@ -286,11 +286,11 @@ fn points_and_measures_are_those_of_the_domain() {
             assert!((goal.value() - far(x)).abs() < 1e-9, "{ends:?} {goal:?}");
         }
         let u = CubeModel::on_interval(ends, |_, _| 0.0, |x| 1.0 / (1.0 + x * x));
-        let report = Solver::new(&u).weight("all", |_| 1.0).solve_to(1e-9);
+        let report = Solver::new(&u).weight("all", |_| 1.0).solve_to(1e-4);
         let all = report.unwrap()[0].value();
-        assert!((all - integral).abs() < 1e-8, "{ends:?}: {all}");
+        assert!((all - integral).abs() < 5e-4, "{ends:?}: {all}");
     }
     let plane = CubeModel::from_fn::<2>(|_, _| 0.0, |x| (-x[1]).exp()).on([[1.0, 4.0], [0.0, INF]]);
-    let report = Solver::new(&plane).weight("all", |_| 1.0).solve_to(1e-6);
-    assert!((report.unwrap()[0].value() - 3.0).abs() < 1e-5);
+    let report = Solver::new(&plane).weight("all", |_| 1.0).solve_to(1e-3);
+    assert!((report.unwrap()[0].value() - 3.0).abs() < 5e-3);
 }
