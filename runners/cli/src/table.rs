@@ -33,10 +33,13 @@ pub(crate) fn svg(report: &Report, name: &str) -> Result<Figure, Failure> {
 /// A picture of the same target of a global estimate, with its band.
 pub(crate) fn whole_svg(report: &GlobalReport, name: &str) -> Result<Figure, Failure> {
     let goals = report.targets.iter().map(|target| {
-        let value = &target.value;
-        let error = value.band.map(|band| band / QUANTILE);
-        let numbers = (Some(value.estimate), error, target.exact);
-        let point = point(target.at.as_ref(), numbers, value.iterate);
+        let error = target.band.map(|band| band / QUANTILE);
+        let numbers = (target.preconditioned.estimate, error, target.exact);
+        let point = point(
+            target.at.as_ref(),
+            numbers,
+            target.iterate.unwrap_or(f64::NAN),
+        );
         (&target.name, point)
     });
     let words = [

@@ -1,6 +1,5 @@
 //! Why there is no result.
 
-use core::fmt::{self, Display};
 use std::sync::Arc;
 
 use fredholm_circle::CircleError;
@@ -12,6 +11,7 @@ use fredholm_scene::SceneError;
 use fredholm_sphere::SphereError;
 use fredholm_variance::VarianceError;
 
+use crate::memory::bytes;
 use crate::numbers::short;
 
 /// Seconds that are not begun if nothing but the error ends them.
@@ -29,28 +29,38 @@ pub const MOST_SECONDS: f64 = 3600.0;
 /// assert_eq!(error.subject(), Some(Subject::Absorption));
 /// assert_eq!(error.to_string(), "an absorption of 1.5: it must be between 0 and 1");
 /// ```
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
     /// The Galerkin system has no solution that serves.
-    Galerkin(GalerkinError),
+    #[error("{0}")]
+    Galerkin(#[source] GalerkinError),
     /// A circle is not as it must be.
-    Circle(CircleError),
+    #[error("{0}")]
+    Circle(#[from] CircleError),
     /// A cube is not as it must be.
-    Cube(CubeError),
+    #[error("{0}")]
+    Cube(#[source] CubeError),
     /// A room is not as it must be.
-    Room(RoomError),
+    #[error("{0}")]
+    Room(#[from] RoomError),
     /// A sphere is not as it must be.
-    Sphere(SphereError),
+    #[error("{0}")]
+    Sphere(#[from] SphereError),
     /// A scene in space is not as it must be.
-    Space(SceneError),
+    #[error("{0}")]
+    Space(#[from] SceneError),
     /// An equation of a crate of its own is not as it must be.
+    #[error(transparent)]
     Equation(EquationError),
     /// The variance cannot be predicted.
-    Variance(VarianceError),
+    #[error("{0}")]
+    Variance(#[from] VarianceError),
     /// The walks met an error.
-    Run(RunError),
+    #[error("{0}")]
+    Run(#[from] RunError),
     /// The scene of a room is not as it must be.
+    #[error("{message}")]
     Scene {
         /// The message, with the names of surfaces.
         message: String,
@@ -58,11 +68,13 @@ pub enum Error {
         place: Option<fredholm_room::Place>,
     },
     /// A function has a value that is not finite.
+    #[error("{what}: a finite number is needed there")]
     NotFinite {
         /// Which function, between backticks and first, which value, where.
         what: String,
     },
     /// The variance of a walk is infinite.
+    #[error("{}", infinite(of, *radius, *absorption))]
     InfiniteVariance {
         /// The operator, or the function on which it depends.
         of: String,
@@ -72,13 +84,20 @@ pub enum Error {
         absorption: Option<f64>,
     },
     /// The neighbour equation's walks have no mean.
+    #[error(
+        "the walks of the neighbour equation have no mean: the absolute values of the Galerkin \
+         coefficients have an estimated spectral radius of 1 or more, and it must be below 1; if that \
+         of |K| is below 1, use more `cells` or `points`, otherwise a smaller kernel is needed"
+    )]
     NoMean,
     /// Resolvent walks do not serve the equation.
+    #[error("{message}")]
     Regular {
         /// The message: what was found, and what would help.
         message: String,
     },
     /// There is too little memory.
+    #[error("{what} need {} of memory, and {} are free{advice}", bytes(*needed), bytes(*available))]
     Memory {
         /// The thing that needs the memory.
         what: String,
@@ -90,6 +109,7 @@ pub enum Error {
         advice: &'static str,
     },
     /// An option does not go with the problem, or with other options.
+    #[error("{message}")]
     Option {
         /// The option.
         subject: Subject,
@@ -97,32 +117,43 @@ pub enum Error {
         message: String,
     },
     /// The equation has no such point, part or weight.
+    #[error("{message}")]
     Region {
         /// The message: what would be right.
         message: String,
     },
     /// Two functionals have the same name.
+    #[error("two targets are named {name:?}, one of them a point of a grid: rename one")]
     TwoGoals {
         /// The name.
         name: String,
     },
     /// No walk of any pilot scored, and the number of walks has no end.
+    #[error(
+        "no walk of any pilot scored, and perhaps none ever does: u may be 0 at a target, if nothing emits \
+         or nothing of it comes there; give `walks`, after which to stop in any case"
+    )]
     Dark,
     /// The best setting is predicted to take longer than anybody waits, and nothing else ends the walks.
+    #[error("{}", too_long(*seconds))]
     TooLong {
         /// Seconds on one thread.
         seconds: f64,
     },
     /// No setting has walks.
+    #[error("no setting of the file has walks")]
     NoSetting,
     /// More is asked for than takes a reasonable time.
+    #[error("{message}")]
     TooMuch {
         /// The message: what would be right.
         message: String,
     },
     /// The numbers of a picture cannot be estimated.
+    #[error("{0}")]
     Picture(String),
     /// The batches of walks cannot be kept, or those that were kept belong to something else.
+    #[error("{message}")]
     Kept {
         /// The message: what would help.
         message: String,
@@ -130,8 +161,10 @@ pub enum Error {
         is_input: bool,
     },
     /// The observer cancelled before there was a result.
+    #[error("interrupted")]
     Cancelled,
     /// Something that cannot be is.
+    #[error("{0}")]
     Internal(&'static str),
 }
 
@@ -143,8 +176,9 @@ pub enum Error {
 /// let error = EquationError::new("x".parse::<f64>().unwrap_err());
 /// assert_eq!(error.to_string(), "invalid float literal");
 /// ```
-#[derive(Clone, Debug)]
-pub struct EquationError(Arc<dyn core::error::Error + Send + Sync>);
+#[derive(Clone, Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct EquationError(#[source] Arc<dyn core::error::Error + Send + Sync>);
 
 impl EquationError {
     /// The error of an equation.
@@ -157,18 +191,6 @@ impl EquationError {
 impl PartialEq for EquationError {
     fn eq(&self, other: &Self) -> bool {
         self.to_string() == other.to_string()
-    }
-}
-
-impl Display for EquationError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.fmt(f)
-    }
-}
-
-impl core::error::Error for EquationError {
-    fn source(&self) -> Option<&(dyn core::error::Error + 'static)> {
-        Some(&*self.0)
     }
 }
 
@@ -257,139 +279,40 @@ impl Error {
     }
 }
 
-impl Display for Error {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Galerkin(error) => error.fmt(f),
-            Self::Circle(error) => error.fmt(f),
-            Self::Cube(error) => error.fmt(f),
-            Self::Room(error) => error.fmt(f),
-            Self::Sphere(error) => error.fmt(f),
-            Self::Space(error) => error.fmt(f),
-            Self::Equation(error) => error.fmt(f),
-            Self::Variance(error) => error.fmt(f),
-            Self::Run(error) => error.fmt(f),
-            Self::Scene { message, .. }
-            | Self::Option { message, .. }
-            | Self::Region { message }
-            | Self::TooMuch { message }
-            | Self::Regular { message }
-            | Self::Kept { message, .. }
-            | Self::Picture(message) => f.write_str(message),
-            Self::NotFinite { what } => write!(f, "{what}: a finite number is needed there"),
-            Self::InfiniteVariance {
-                of,
-                radius,
-                absorption,
-            } => infinite(f, of, *radius, *absorption),
-            Self::NoMean => f.write_str(
-                "the walks of the neighbour equation have no mean: the absolute values of the Galerkin \
-                 coefficients have an estimated spectral radius of 1 or more, and it must be below 1; if that \
-                 of |K| is below 1, use more `cells` or `points`, otherwise a smaller kernel is needed",
-            ),
-            Self::Memory {
-                what,
-                needed,
-                available,
-                advice,
-            } => write!(
-                f,
-                "{what} need {} of memory, and {} are free{advice}",
-                crate::memory::bytes(*needed),
-                crate::memory::bytes(*available)
-            ),
-            Self::TwoGoals { name } => write!(
-                f,
-                "two targets are named {name:?}, one of them a point of a grid: rename one"
-            ),
-            Self::Dark => f.write_str(
-                "no walk of any pilot scored, and perhaps none ever does: u may be 0 at a target, if nothing emits \
-                 or nothing of it comes there; give `walks`, after which to stop in any case",
-            ),
-            Self::TooLong { seconds } if !seconds.is_finite() => f.write_str(
-                "no number of walks reaches this error: use a larger one, or say when to stop in any case, by `walks` or a time limit",
-            ),
-            Self::TooLong { seconds } => write!(
-                f,
-                "this error takes about {} s on one thread, by the best settings that were found, and a run of more than {} s \
-                 starts only if you say when to stop: give `walks` or a time limit, or use a larger error",
-                short(*seconds),
-                short(MOST_SECONDS)
-            ),
-            Self::NoSetting => f.write_str("no setting of the file has walks"),
-            Self::Cancelled => f.write_str("interrupted"),
-            Self::Internal(what) => f.write_str(what),
-        }
+/// More is asked for than is begun unasked.
+fn too_long(seconds: f64) -> String {
+    if !seconds.is_finite() {
+        return "no number of walks reaches this error; use a larger one, or give `walks` or a time limit, after which to stop \
+                in any case: more than an hour is not begun unasked"
+            .to_owned();
     }
+    format!(
+        "the best that was found takes about {} s on one thread, and more than {} s are not begun unasked; use \
+         a larger error, or give `walks` or a time limit, after which to stop in any case",
+        short(seconds),
+        short(MOST_SECONDS)
+    )
 }
 
 /// The spectral radius is proportional to 1/(1 − q0).
-fn infinite(
-    f: &mut fmt::Formatter<'_>,
-    of: &str,
-    radius: f64,
-    absorption: Option<f64>,
-) -> fmt::Result {
+fn infinite(of: &str, radius: f64, absorption: Option<f64>) -> String {
     let walks = match absorption {
         Some(q) => format!("with `absorption` = {q}"),
         None => "whatever ends it".to_owned(),
     };
-    write!(
-        f,
-        "the variance of a walk is infinite {walks}: {of} has an estimated spectral radius of {}, and it must be below 1; ",
-        short(radius)
-    )?;
     // Over 1 − q0.
     let own = radius * (1.0 - absorption.unwrap_or(0.0));
-    if own < 1.0 {
-        write!(
-            f,
-            "leave `absorption` out, or use one below {:.2e}",
-            1.0 - own
-        )?;
-    } else {
-        f.write_str(
-            "it takes a chain of its own, whose density resembles |K|, in a program of your own (see the library)",
-        )?;
-    }
-    f.write_str(" (or --allow-infinite-variance: error bars then mean nothing)")
-}
-
-impl core::error::Error for Error {
-    fn source(&self) -> Option<&(dyn core::error::Error + 'static)> {
-        match self {
-            Self::Galerkin(error) => Some(error),
-            Self::Circle(error) => Some(error),
-            Self::Cube(error) => Some(error),
-            Self::Room(error) => Some(error),
-            Self::Sphere(error) => Some(error),
-            Self::Space(error) => Some(error),
-            Self::Equation(error) => error.source(),
-            Self::Variance(error) => Some(error),
-            Self::Run(error) => Some(error),
-            _ => None,
-        }
-    }
-}
-
-/// Conversions from the errors of other crates.
-macro_rules! from {
-    ($($variant:ident($error:ty)),*) => {
-        $(impl From<$error> for Error {
-            fn from(error: $error) -> Self {
-                Self::$variant(error)
-            }
-        })*
+    let advice = match own < 1.0 {
+        true => format!("leave `absorption` out, or use one below {:.2e}", 1.0 - own),
+        false => "it takes a chain of its own, whose density resembles |K|, in a program of your own (see the library)"
+            .to_owned(),
     };
+    format!(
+        "the variance of a walk is infinite {walks}: {of} has an estimated spectral radius of {}, and it must be below 1; {advice} \
+         (or --allow-infinite-variance: error bars then mean nothing)",
+        short(radius)
+    )
 }
-from!(
-    Circle(CircleError),
-    Room(RoomError),
-    Sphere(SphereError),
-    Space(SceneError),
-    Variance(VarianceError),
-    Run(RunError)
-);
 
 impl From<GalerkinError> for Error {
     fn from(error: GalerkinError) -> Self {

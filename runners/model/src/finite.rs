@@ -24,24 +24,6 @@ pub fn check_plain(
     refuse(|| of.to_owned(), absorption, radius()?)
 }
 
-/// Refuses walks of the neighbour equation unless the spectral radius of T_h²p is below 1. At degree 0 h is a mean of k
-/// over cells, and there is nothing to look at.
-///
-/// # Errors
-/// [`Error::InfiniteVariance`], or what `radius` says.
-pub fn check_neighbour(
-    degree: usize,
-    cells: usize,
-    absorption: Absorption,
-    radius: impl FnOnce() -> Result<f64, Error>,
-) -> Result<(), Error> {
-    if degree == 0 {
-        return Ok(());
-    }
-    let of = || format!("h² of degree {degree} on {cells} cells (more may help)");
-    refuse(of, absorption, radius()?)
-}
-
 /// Refuses walks unless a spectral radius is below 1; `of` is what it depends on.
 ///
 /// # Errors

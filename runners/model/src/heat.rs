@@ -88,22 +88,23 @@ impl Optics {
 
     /// The net flux out of the surface from an estimate of the irradiance.
     pub(crate) fn net_flux_of(&self, irradiance: Estimate) -> Estimate {
-        let scale = |x: Option<f64>| x.map(|x| (1.0 - self.reflectance) * x);
-        Estimate {
-            estimate: self.net_flux(irradiance.estimate),
-            std_error: scale(irradiance.std_error),
-            std_dev: scale(irradiance.std_dev),
-        }
+        let estimate = self.net_flux(irradiance.estimate);
+        of_errors(irradiance, estimate, |x| (1.0 - self.reflectance) * x)
     }
 
     /// H = (u − F)/ρ.
     pub(crate) fn irradiance(&self, u: Estimate) -> Estimate {
-        let scale = |x: Option<f64>| x.map(|x| x / self.reflectance);
-        Estimate {
-            estimate: (u.estimate - self.emission) / self.reflectance,
-            std_error: scale(u.std_error),
-            std_dev: scale(u.std_dev),
-        }
+        let estimate = (u.estimate - self.emission) / self.reflectance;
+        of_errors(u, estimate, |x| x / self.reflectance)
+    }
+}
+
+/// An estimate that follows from another one, whose errors are scaled.
+fn of_errors(own: Estimate, estimate: f64, scale: impl Fn(f64) -> f64) -> Estimate {
+    Estimate {
+        estimate,
+        std_error: own.std_error.map(&scale),
+        std_dev: own.std_dev.map(scale),
     }
 }
 
@@ -330,12 +331,7 @@ pub trait RadiativeExchange {
     fn temperature(&self, u: Estimate) -> Option<Estimate> {
         let mean = Some(u.estimate).filter(|&mean| self.is_heat() && mean > 0.0)?;
         let temperature = (mean / STEFAN_BOLTZMANN).powf(0.25);
-        let scale = |x: Option<f64>| x.map(|x| 0.25 * temperature / mean * x);
-        Some(Estimate {
-            estimate: temperature,
-            std_error: scale(u.std_error),
-            std_dev: scale(u.std_dev),
-        })
+        Some(of_errors(u, temperature, |x| 0.25 * temperature / mean * x))
     }
 
     /// The net flux out of this length or area of a region, if there are temperatures.
@@ -348,11 +344,6 @@ pub trait RadiativeExchange {
         let h = irradiance.filter(|_| self.is_heat())?;
         let optics = self.optics(region)?;
         let own = optics.net_flux_of(h);
-        let scale = |x: Option<f64>| x.map(|x| size * x);
-        Some(Estimate {
-            estimate: size * own.estimate,
-            std_error: scale(own.std_error),
-            std_dev: scale(own.std_dev),
-        })
+        Some(of_errors(own, size * own.estimate, |x| size * x))
     }
 }

@@ -39,7 +39,6 @@ pub use goal::{Ask, Field, Goal, Region, Target, WeightFn, goals};
 pub use last_step::LastSteps;
 pub use model::{
     Deterministic, Model, NO_ITERATION, Partitioned, Prepared, Request, System, Then, WithJob,
-    WithStarts,
 };
 pub use options::{Choice, Choices, Method, Pairs, Scalar, Sequence};
 pub use saved::{SavedSystem, SystemOf};

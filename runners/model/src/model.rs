@@ -1,9 +1,8 @@
 //! Three stages of a solution: a model, its cells, its solved system. All are object safe.
 
 use fredholm_core::galerkin::Convergence;
-use fredholm_core::{Estimate, Job, Statistics};
+use fredholm_core::{Job, Statistics};
 use fredholm_embedded::TableBuilder;
-use fredholm_variance::Start;
 use serde::Serialize;
 
 use crate::examined::Examined;
@@ -13,8 +12,8 @@ use crate::question::{ResolventFound, ResolventQuestion};
 
 use crate::cost::{Cost, PointwisePairs};
 use crate::{
-    About, Derived, Discretisation, Error, GlobalSystem, Goal, Heat, Pairs, Region, SavedSystem,
-    WalkOptions,
+    About, Derived, Discretisation, Error, GlobalField, GlobalSystem, Goal, Pairs, Region,
+    SavedSystem, WalkOptions,
 };
 
 /// An equation whose size is chosen at run time.
@@ -112,11 +111,6 @@ pub trait Model: Send + Sync {
         Some(place)
     }
 
-    /// The region of the point with these coordinates.
-    fn point(&self, coordinates: &[f64]) -> Region {
-        Region::Point(coordinates.to_vec())
-    }
-
     /// What a user should know of the equation before its results: which walls an obstacle covers, say.
     fn notes(&self) -> Vec<String> {
         Vec::new()
@@ -186,36 +180,6 @@ pub trait Model: Send + Sync {
     /// The surfaces between which light or heat goes, if there are some: they have irradiances and net fluxes.
     fn exchange(&self) -> Option<&dyn RadiativeExchange> {
         None
-    }
-
-    /// Whether a region has an irradiance: [`GlobalQuantity::Irradiance`](crate::GlobalQuantity::Irradiance).
-    fn has_irradiance(&self, region: &Region) -> bool {
-        self.exchange()
-            .is_some_and(|surfaces| !surfaces.is_in_air(region))
-    }
-
-    /// The parts whose net fluxes are results, and whether these are given.
-    fn flux_parts(&self) -> Vec<(usize, bool)> {
-        let of = |surfaces: &dyn RadiativeExchange| {
-            let parts = surfaces.flux_surfaces().into_iter();
-            parts
-                .map(|part| (part, surfaces.is_flux_given(part)))
-                .collect()
-        };
-        self.exchange().map_or_else(Vec::new, of)
-    }
-
-    /// Whether the irradiance of a region does not follow from u there.
-    fn has_own_irradiance(&self, region: &Region) -> bool {
-        self.exchange()
-            .is_some_and(|surfaces| surfaces.takes_walks(region, false))
-    }
-
-    /// What follows from u of a region and from its irradiance, which need not be given where it follows from u.
-    fn heat(&self, region: &Region, u: Estimate, irradiance: Option<Estimate>) -> Heat {
-        self.exchange().map_or_else(Heat::default, |surfaces| {
-            surfaces.heat_of(region, u, irradiance)
-        })
     }
 
     /// (u, Φ), if it is known.
@@ -385,7 +349,7 @@ pub trait Partitioned<'m>: Send + Sync {
     /// [`Error::Kept`]: it does not fit these cells. [`Error::Internal`]: this kind saves no systems.
     fn restore(&self, saved: SavedSystem<'m>) -> Result<Box<dyn System + 'm>, Error> {
         let _ = saved;
-        Err(NO_SAVED)
+        Err(Error::Internal("a system of a kind that saves none"))
     }
 
     /// Prepares walks that follow no neighbour equation, and hands them on.
@@ -452,7 +416,7 @@ pub trait System: Send + Sync {
         Self: 's,
     {
         let _ = degree;
-        Err(NO_LIFT)
+        Err(Error::Internal("a system without a lift"))
     }
 
     /// The system as one that has its global estimate from one set of walks. A kind whose chain preserves no density that
@@ -464,16 +428,27 @@ pub trait System: Send + Sync {
     where
         Self: 's,
     {
-        Err(NO_WHOLE)
+        Err(Error::Internal("a system without a global estimate"))
     }
 }
 
-/// A system of a kind that has no lift, of a model that says so.
-const NO_LIFT: Error = Error::Internal("a system without a lift");
-/// A system of a kind that saves none.
-const NO_SAVED: Error = Error::Internal("a system of a kind that saves none");
-/// A system that has no global estimate, of a model that says so.
-const NO_WHOLE: Error = Error::Internal("a system without a global estimate");
+/// `Debug` of objects of a trait, by its name.
+///
+/// ```
+/// trait Anything {}
+/// fredholm_model::debug_by_name!("Anything": dyn Anything + '_);
+/// ```
+#[macro_export]
+macro_rules! debug_by_name {
+    ($($name:literal: $object:ty),*) => {
+        $(impl core::fmt::Debug for $object {
+            fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+                f.write_str($name)
+            }
+        })*
+    };
+}
+debug_by_name!("Model": dyn Model + '_, "System": dyn System + '_, "GlobalField": dyn GlobalField + '_);
 
 /// The goals and options of walks.
 #[derive(Clone, Copy, Debug)]
@@ -491,9 +466,6 @@ pub type Then<'a> = dyn FnMut(&Prepared<'_>) -> Result<(), Error> + 'a;
 
 /// Callback that gets a job and (v, Φ) of each goal.
 pub type WithJob<'a> = dyn FnMut(&dyn Job, &[f64]) -> Result<(), Error> + 'a;
-
-/// Callback that gets the starts of all goals, in points P.
-pub type WithStarts<'a, P> = dyn FnMut(&[Start<'_, P>]) -> Result<(), Error> + 'a;
 
 /// Walks that are ready to run.
 #[derive(Clone, Copy)]

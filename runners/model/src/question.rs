@@ -111,6 +111,7 @@ pub struct ResolventFound<'a> {
 }
 
 /// Function that resolvent walks have found.
+#[derive(Debug)]
 pub struct FoundField<'a> {
     /// The function.
     pub field: Box<dyn GlobalField + 'a>,
@@ -120,12 +121,4 @@ pub struct FoundField<'a> {
     pub score_degree: usize,
     /// Seconds of the images.
     pub seconds: f64,
-}
-
-impl fmt::Debug for FoundField<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("FoundField")
-            .field("score_degree", &self.score_degree)
-            .finish_non_exhaustive()
-    }
 }

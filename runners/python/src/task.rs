@@ -278,7 +278,7 @@ impl Task {
             let whole = solver.whole()?;
             let regions: Vec<Region> = match grid {
                 Some(points) => model.grid(points, None),
-                None => points.iter().map(|x| model.point(x)).collect(),
+                None => points.iter().cloned().map(Region::Point).collect(),
             };
             let values = whole.values(&regions)?;
             Ok((regions, values, serde_json::to_string(whole.summary())))

@@ -13,7 +13,7 @@ use crate::{Error, Goal, Model, Partitioned, Scalar, Settings, System, WalkOptio
 use fredholm_model::cost::PointwisePairs;
 use fredholm_model::numbers::short;
 use fredholm_model::resolvent::ResolventFigures;
-use fredholm_model::{Derived, Prepared, Request, Then};
+use fredholm_model::{Derived, Request, Then};
 
 /// An observer of a solution: it is told of the choice, of stages of walks and of sites, and may cancel.
 ///
@@ -189,19 +189,12 @@ pub struct Answer {
 }
 
 /// A solved system, and how long it took.
+#[derive(Debug)]
 pub struct Solved<'m> {
     /// The system.
     pub system: Box<dyn System + 'm>,
     /// Seconds.
     pub seconds: f64,
-}
-
-impl fmt::Debug for Solved<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Solved")
-            .field("seconds", &self.seconds)
-            .finish_non_exhaustive()
-    }
 }
 
 impl<'m> Solved<'m> {
@@ -250,7 +243,7 @@ impl<'m> Solved<'m> {
 }
 
 /// The model and scalar of walks.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Walks<'a> {
     /// The equation.
     pub model: &'a dyn Model,
@@ -258,14 +251,6 @@ pub struct Walks<'a> {
     pub scalar: Scalar,
     /// Whoever runs them, if it is not this process alone.
     pub execution: Option<Execution<'a>>,
-}
-
-impl fmt::Debug for Walks<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Walks")
-            .field("scalar", &self.scalar)
-            .finish_non_exhaustive()
-    }
 }
 
 /// Prepares walks and hands them on.
@@ -297,22 +282,11 @@ impl Walks<'_> {
         let start = Instant::now();
         let mut answer = None;
         prepare(&mut |prepared| {
-            let setup_seconds = start.elapsed().as_secs_f64();
-            answer = Some(self.run(request, watch, prepared, setup_seconds)?);
+            let set_up = SetUp::new(prepared, start.elapsed().as_secs_f64());
+            answer = Some(self.run_as(request, watch, prepared.job, &set_up)?);
             Ok(())
         })?;
         answer.ok_or(Error::Internal("no walks were prepared"))
-    }
-
-    fn run(
-        &self,
-        request: &Request<'_>,
-        watch: &dyn SolveObserver,
-        prepared: &Prepared<'_>,
-        setup_seconds: f64,
-    ) -> Result<Answer, Error> {
-        let set_up = SetUp::new(prepared, setup_seconds);
-        self.run_as(request, watch, prepared.job, &set_up)
     }
 
     /// Runs a job whose set-up is known.
@@ -365,7 +339,7 @@ impl Walks<'_> {
 }
 
 /// The question of an answer.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Of<'a> {
     /// The equation.
     pub model: &'a dyn Model,
@@ -375,15 +349,6 @@ pub struct Of<'a> {
     pub scalar: Scalar,
     /// The tolerance at which goals end, if one is looked at.
     pub tolerance: Option<Tolerance>,
-}
-
-impl fmt::Debug for Of<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Of")
-            .field("goals", &self.goals)
-            .field("tolerance", &self.tolerance)
-            .finish_non_exhaustive()
-    }
 }
 
 impl Answer {

@@ -96,12 +96,6 @@ pub(crate) fn draws(
 }
 
 impl ChoiceReport {
-    /// Seconds that set-up and walks were predicted to take on one thread.
-    #[must_use]
-    pub fn predicted_seconds(&self) -> f64 {
-        self.predicted_setup_seconds + self.predicted_walk_seconds
-    }
-
     /// The choice for people: these settings, and this text for the number of cells.
     #[must_use]
     pub fn text(&self, settings: &Settings, cells: &str) -> String {
@@ -157,40 +151,5 @@ impl ChoiceReport {
             short(self.predicted_setup_seconds + self.predicted_walk_seconds),
             short(self.predicted_setup_seconds),
         )
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{ChoiceReport, WHOLE};
-    use crate::Settings;
-
-    #[test]
-    fn what_was_given_up_is_told() {
-        let mut report = ChoiceReport {
-            method: "preconditioned",
-            predicted_setup_seconds: 0.0,
-            predicted_walk_seconds: 1.0,
-            predicted_walks: 1e6,
-            predicted_states: 3e6,
-            predicted_plain_seconds: None,
-            predicted_separate_seconds: None,
-            predicted_whole_seconds: Some(3.0),
-            whole_given_up: true,
-            pilots: 1,
-            pilot_walks: 1000,
-            predicted_pilot_seconds: 0.1,
-            pilot_seconds: 0.1,
-        };
-        let text = |report: &ChoiceReport| report.text(&Settings::default(), "20");
-        let told = "(global estimate), predicted to take about 3.00 s, took longer";
-        assert!(text(&report).contains(told), "{}", text(&report));
-        report.whole_given_up = false;
-        let told = "(global estimate) would take about 3.00 s\n";
-        assert!(text(&report).contains(told), "{}", text(&report));
-        report.method = WHOLE;
-        report.predicted_separate_seconds = Some(5.0);
-        let told = "separate walks would take about 5.00 s\n";
-        assert!(text(&report).contains(told), "{}", text(&report));
     }
 }

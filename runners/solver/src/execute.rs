@@ -11,8 +11,9 @@ use fredholm_model::{Prepared, in_scalar};
 use fredholm_rayon::{Observer, Outcome, Runner};
 use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::answer::Walks;
+use crate::answer::{SolveObserver, Walks};
 use crate::chosen::ChoiceReport;
+use crate::systems::SystemStore;
 use crate::{Error, Model, Partitioned, Scalar, Settings};
 
 /// The part of a set-up that a report needs besides statistics: plain numbers, without the solved system.
@@ -219,7 +220,7 @@ impl Execute for OnThreads {
 }
 
 /// What is known of walks before they are prepared, and who runs them. Without, the threads of this process do.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Execution<'a> {
     /// Whoever runs them.
     pub execute: &'a dyn Execute,
@@ -244,10 +245,8 @@ impl<'a> Execution<'a> {
     }
 }
 
-impl fmt::Debug for Execution<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Execution")
-            .field("settings", &self.settings)
-            .finish_non_exhaustive()
-    }
-}
+fredholm_model::debug_by_name!(
+    "Execute": dyn Execute + '_,
+    "SolveObserver": dyn SolveObserver + '_,
+    "SystemStore": dyn SystemStore + '_
+);

@@ -13,7 +13,8 @@ mod whole;
 pub use chain::ChainReport;
 pub use columns::{Column, Columns};
 pub use resolvent::ResolventReport;
-pub use whole::{GlobalGoalReport, GlobalReport};
+pub(crate) use text::named;
+pub use whole::GlobalReport;
 
 use fredholm_core::{DEFAULT_GENERATOR, Estimate, Statistics, StopReason};
 use fredholm_rayon::Tail;
@@ -23,6 +24,7 @@ use crate::answer::Answer;
 use crate::choice::ChoiceReport;
 use crate::execute::CellCount;
 use crate::{Choices, Goal, Method, Model, Region, Settings};
+use fredholm_model::Heat;
 use fredholm_model::numbers::with_decimals;
 
 /// The relative standard error of an error bar from which on a report says so: Student's t of 1/(2·UNCERTAIN²) = 8 degrees
@@ -139,6 +141,9 @@ pub struct GoalReport {
     /// The place in the drawing of a room, in the unit of its vertices, if the goal is u at a point of a wall.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub position: Option<Vec<f64>>,
+    /// The corners of a cell of a scene, in their order around it.
+    #[serde(skip)]
+    pub corners: Vec<[f64; 3]>,
     /// The region, if the goal is a mean over one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub over: Option<Over>,
@@ -185,6 +190,9 @@ pub struct GoalReport {
     /// The deterministic part F + T_K v of a global estimate.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub iterate: Option<f64>,
+    /// How far the iterate moved with the last finer rule: see [`GlobalValue`](crate::GlobalValue).
+    #[serde(skip)]
+    pub quadrature_error: f64,
     /// The estimate by preconditioned walks minus the exact value, if that is known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<f64>,
@@ -288,7 +296,7 @@ pub struct SurfaceReport {
 }
 
 /// A run: everything that a report tells, apart from the answer.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Run<'a> {
     /// The equation.
     pub model: &'a dyn Model,
@@ -304,17 +312,6 @@ pub struct Run<'a> {
     pub choice: Option<&'a ChoiceReport>,
     /// Whether walks followed no neighbour equation.
     pub plain: bool,
-}
-
-impl core::fmt::Debug for Run<'_> {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.debug_struct("Run")
-            .field("goals", &self.goals)
-            .field("exact", &self.exact)
-            .field("settings", &self.settings)
-            .field("choice", &self.choice)
-            .finish_non_exhaustive()
-    }
 }
 
 impl Report {
@@ -340,7 +337,7 @@ impl Report {
             choice,
             plain,
         } = *run;
-        let (about, walk) = (model.about(), settings.walk_options());
+        let walk = settings.walk_options();
         let statistics = answer.outcome.statistics.iter();
         let mut reports: Vec<GoalReport> = goals
             .iter()
@@ -356,14 +353,7 @@ impl Report {
             }
         }
         for (report, heat) in reports.iter_mut().zip(&answer.derived.heat) {
-            let estimate = |estimate, unit| EstimateReport::new(estimate, report.walks, unit);
-            let arriving = model.irradiance_unit();
-            report.irradiance = heat.irradiance.map(|h| estimate(h, arriving));
-            report.net_flux = heat.net_flux.map(|q| estimate(q, model.unit()));
-            report.is_flux_given = heat.is_flux_given;
-            let kelvin = |t| estimate(t, Some("K"));
-            report.temperature = heat.temperature.map(kelvin);
-            report.radiant_temperature = heat.radiant_temperature.map(kelvin);
+            report.add(heat, model, report.walks);
         }
         // They may share the walks of the goals.
         let own = if model.shared() > goals.len() {
@@ -377,8 +367,6 @@ impl Report {
                 Some(Method::Paper) => Method::Paper.word(),
                 _ => Method::Walks.word(),
             },
-            problem: about.kind,
-            dimension: about.dimension,
             cells: if plain { 0 } else { cells.cells },
             unknowns: if plain { 0 } else { cells.unknowns },
             degree: settings.discretisation().degree,
@@ -389,11 +377,7 @@ impl Report {
                     false => ChainReport::new(&walk, settings.lifted()),
                 }
             }),
-            scalar: settings.scalar.word(),
-            generator: DEFAULT_GENERATOR,
             batch: walk.batch,
-            seed: walk.seed,
-            part: None,
             stop: answer.outcome.stop,
             reason: answer.gave_up.map(|why| why.to_string()),
             sweeps: answer.convergence.sweeps,
@@ -409,8 +393,42 @@ impl Report {
             walk_seconds: answer.walk_seconds,
             choice: choice.cloned(),
             choice_text: choice.map_or(String::new(), |choice| choice.text(settings, &cells.text)),
-            energy: EnergyReport::new(answer.derived.fluxes, run.model.flux_unit()),
+            energy: EnergyReport::new(answer.derived.fluxes, model.flux_unit()),
             goals: reports,
+            ..Self::empty(model, settings)
+        }
+    }
+
+    /// The report of an equation without any walk.
+    fn empty(model: &dyn Model, settings: &Settings) -> Self {
+        let about = model.about();
+        Self {
+            method: Method::Resolvent.word(),
+            problem: about.kind,
+            dimension: about.dimension,
+            cells: 0,
+            unknowns: 0,
+            degree: 0,
+            chain: None,
+            scalar: settings.scalar.word(),
+            generator: DEFAULT_GENERATOR,
+            batch: 0,
+            seed: settings.seed,
+            part: None,
+            stop: StopReason::Done,
+            reason: None,
+            sweeps: 0,
+            residual: 0.0,
+            states: 0,
+            other_walks: 0,
+            other_states: 0,
+            setup_seconds: 0.0,
+            walk_seconds: 0.0,
+            goals: Vec::new(),
+            choice: None,
+            shared: 1,
+            choice_text: String::new(),
+            energy: None,
             resolvent: None,
             whole: None,
         }
@@ -439,43 +457,71 @@ impl GoalReport {
         let walks = statistics.walks();
         let unit = model.unit();
         let preconditioned = EstimateReport::new(statistics.preconditioned(), walks, unit);
-        let error = match (preconditioned.estimate, exact) {
-            (Some(estimate), Some(exact)) => Some(estimate - exact),
-            _ => None,
-        };
-        let bar = preconditioned
-            .std_error
-            .map(|own| own.max(rounding_floor))
-            .filter(|&bar| bar > 0.0);
+        let bar = preconditioned.std_error.map(|own| own.max(rounding_floor));
         let deviation = preconditioned.std_error.and(preconditioned.std_dev);
         Self {
-            name: goal.name.clone(),
             channel: goal
                 .channel
                 .and_then(|channel| model.channels().get(channel).cloned()),
-            at: Coordinates::new(model, &goal.region),
-            position: model.position(&goal.region),
-            over: Over::new(model, &goal.region),
-            weight: match goal.region {
-                Region::Weight(number) => model.weight(number).map(str::to_owned),
-                _ => None,
-            },
-            exact,
             galerkin,
             walks,
             replicates: Some(statistics.replicates()).filter(|&count| count > 0),
             rounding_floor,
-            doubtful_share: None,
-            tail_index: None,
-            excess_kurtosis: None,
             few_scores: Some(statistics.scored()).filter(|&scored| scored < walks.min(FEW_SCORES)),
             no_difference: statistics.replicates() == 0
                 && deviation.is_some_and(|deviation| deviation <= rounding_floor),
             endings: EndingsReport::new(statistics),
             plain: EstimateReport::new(statistics.plain(), walks, unit),
             preconditioned,
+            ..Self::of_value(model, goal, exact, (preconditioned.estimate, bar))
+        }
+    }
+
+    /// The report of a goal without walks, whose value with its error bar is compared with the exact one.
+    fn of_value(
+        model: &dyn Model,
+        goal: &Goal,
+        exact: Option<f64>,
+        (value, bar): (Option<f64>, Option<f64>),
+    ) -> Self {
+        let none = EstimateReport {
+            estimate: None,
+            std_error: None,
+            std_dev: None,
+            unit: model.unit(),
+        };
+        let error = value.zip(exact).map(|(value, exact)| value - exact);
+        let bar = bar.filter(|&bar| bar > 0.0);
+        Self {
+            name: goal.name.clone(),
+            channel: None,
+            at: Coordinates::new(model, &goal.region),
+            position: model.position(&goal.region),
+            corners: Vec::new(),
+            over: Over::new(model, &goal.region),
+            weight: match goal.region {
+                Region::Weight(number) => model.weight(number).map(str::to_owned),
+                _ => None,
+            },
+            exact,
+            galerkin: f64::NAN,
+            walks: 0,
+            replicates: None,
+            rounding_floor: 0.0,
+            doubtful_share: None,
+            tail_index: None,
+            excess_kurtosis: None,
+            few_scores: None,
+            no_difference: false,
+            endings: EndingsReport {
+                absorbed: 0,
+                step_limit: 0,
+            },
+            plain: none,
+            preconditioned: none,
             band: None,
             iterate: None,
+            quadrature_error: 0.0,
             error,
             z: error.zip(bar).map(|(error, bar)| error / bar),
             irradiance: None,
@@ -485,9 +531,27 @@ impl GoalReport {
             radiant_temperature: None,
         }
     }
-}
 
-impl GoalReport {
+    /// Adds what follows from u and from the irradiance, by this number of walks.
+    fn add(&mut self, heat: &Heat, model: &dyn Model, walks: u64) {
+        let of = |found: Option<Estimate>, unit| Some(EstimateReport::new(found?, walks, unit));
+        self.irradiance = of(heat.irradiance, model.irradiance_unit());
+        self.net_flux = of(heat.net_flux, model.unit());
+        self.is_flux_given = heat.is_flux_given;
+        self.temperature = of(heat.temperature, Some("K"));
+        self.radiant_temperature = of(heat.radiant_temperature, Some("K"));
+    }
+
+    /// What there is of heat, and whether it is given.
+    const fn heat(&self) -> [(Option<EstimateReport>, bool); 4] {
+        [
+            (self.irradiance, false),
+            (self.net_flux, self.is_flux_given),
+            (self.temperature, false),
+            (self.radiant_temperature, false),
+        ]
+    }
+
     /// Says what the tail of the scores leaves of the error bar.
     fn doubt(&mut self, tail: &Tail) {
         if tail.is_doubtful() {

@@ -8,7 +8,6 @@ mod whole;
 
 pub use adjoint::asked_way_back;
 
-use core::fmt;
 use core::time::Duration;
 
 use fredholm_core::{Estimator, Form, Tolerance};
@@ -54,51 +53,22 @@ const LEAST_NODES: usize = 10;
 /// ```
 ///
 /// Source: S. Heinrich, *Variance reduction for Monte Carlo methods by means of deterministic numerical computation*, 1995.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 #[must_use = "a solver does nothing until it is asked to solve, predict or diagnose"]
 pub struct Solver<'m> {
     pub(crate) model: &'m dyn Model,
     pub(crate) settings: Settings,
-    pub(crate) asked: Vec<Asked>,
+    pub(crate) asked: Vec<Result<Target, Error>>,
     pub(crate) watch: &'m dyn SolveObserver,
     pub(crate) execute: &'m dyn Execute,
     pub(crate) systems: Systems<'m>,
     pub(crate) means: Vec<Vec<usize>>,
 }
 
-/// What is asked for, before names of parts are numbers.
-#[derive(Clone, Debug)]
-pub(crate) enum Asked {
-    Target(Target),
-    Mean,
-    At(Vec<f64>),
-    On(String, f64),
-    Over(String),
-    Grid(usize, Option<String>),
-    Weight(String),
-}
-
-impl fmt::Debug for Solver<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Solver")
-            .field("settings", &self.settings)
-            .field("asked", &self.asked)
-            .finish_non_exhaustive()
-    }
-}
-
 impl<'m> Solver<'m> {
     /// Solver of an equation.
     pub fn new(model: &'m dyn Model) -> Self {
-        Self {
-            model,
-            settings: Settings::default(),
-            asked: Vec::new(),
-            watch: &(),
-            execute: &OnThreads,
-            systems: Systems(None),
-            means: Vec::new(),
-        }
+        Self::with(model, Settings::default(), Vec::new())
     }
 
     /// Solver of an equation with settings and targets from elsewhere, a file for instance.
@@ -106,7 +76,7 @@ impl<'m> Solver<'m> {
         Self {
             model,
             settings,
-            asked: targets.into_iter().map(Asked::Target).collect(),
+            asked: targets.into_iter().map(Ok).collect(),
             watch: &(),
             execute: &OnThreads,
             systems: Systems(None),
@@ -116,45 +86,43 @@ impl<'m> Solver<'m> {
 
     /// Asks for the mean of u over the whole space.
     pub fn mean(self) -> Self {
-        self.ask(Asked::Mean)
+        let whole = self.model.whole();
+        self.goal("mean", whole)
     }
 
     /// Asks for u at a point: see [`Point`].
     pub fn at(self, point: impl Into<Point>) -> Self {
-        self.ask(Asked::At(point.into().0))
+        let Point(x) = point.into();
+        let texts: Vec<String> = x.iter().map(f64::to_string).collect();
+        self.goal(&format!("u({})", texts.join(", ")), Region::Point(x))
     }
 
     /// Asks for u on a part, for instance a wall of a room, at this share of its length from 0 to 1.
     pub fn on(self, part: &str, share: f64) -> Self {
-        self.ask(Asked::On(part.to_owned(), share))
+        let region = self.part(part).map(|number| Region::On(number, share));
+        self.ask(&format!("u({part}, {share})"), region.map(Ask::One))
     }
 
     /// Asks for the mean of u over a part, for instance a wall of a room.
     pub fn over(self, part: &str) -> Self {
-        self.ask(Asked::Over(part.to_owned()))
+        let region = self.part(part).map(Region::Part);
+        self.ask(part, region.map(Ask::One))
     }
 
     /// Asks for u at this number of equally spaced points of the whole space; of a cube, per axis.
     pub fn grid(self, points: usize) -> Self {
-        self.ask(Asked::Grid(points, None))
-    }
-
-    /// Asks for u at this number of equally spaced points along a part.
-    pub fn grid_on(self, part: &str, points: usize) -> Self {
-        self.ask(Asked::Grid(points, Some(part.to_owned())))
+        self.ask("u", Ok(Ask::Grid { points, part: None }))
     }
 
     /// Asks for a functional of any region, under this name.
     pub fn goal(self, name: &str, region: Region) -> Self {
-        self.ask(Asked::Target(Target {
-            name: name.to_owned(),
-            ask: Ask::One(region),
-        }))
+        self.ask(name, Ok(Ask::One(region)))
     }
 
     /// Asks for the integral of u times the weight of this name, which the equation knows.
     pub fn weighted(self, name: &str) -> Self {
-        self.ask(Asked::Weight(name.to_owned()))
+        let weight = number("weight", name, &|number| self.model.weight(number));
+        self.ask(name, weight.map(Region::Weight).map(Ask::One))
     }
 
     /// Asks for the integral of u times a weight, a function of the coordinates of a point.
@@ -176,8 +144,10 @@ impl<'m> Solver<'m> {
         self.goal(name, Region::Function(WeightFn::new(weight)))
     }
 
-    fn ask(mut self, asked: Asked) -> Self {
-        self.asked.push(asked);
+    /// Asks for this, or refuses it as soon as something is to be solved.
+    fn ask(mut self, name: &str, ask: Result<Ask, Error>) -> Self {
+        let name = name.to_owned();
+        self.asked.push(ask.map(|ask| Target { name, ask }));
         self
     }
 
@@ -587,50 +557,12 @@ impl<'m> Solver<'m> {
                     .to_owned(),
             });
         }
-        self.asked.iter().map(|asked| self.target(asked)).collect()
-    }
-
-    fn target(&self, asked: &Asked) -> Result<Target, Error> {
-        let one = |name: String, region: Region| {
-            Ok(Target {
-                name,
-                ask: Ask::One(region),
-            })
-        };
-        match asked {
-            Asked::Target(target) => Ok(target.clone()),
-            Asked::Mean => one("mean".to_owned(), self.model.whole()),
-            Asked::At(x) => {
-                let texts: Vec<String> = x.iter().map(f64::to_string).collect();
-                one(format!("u({})", texts.join(", ")), self.model.point(x))
-            }
-            Asked::On(part, share) => {
-                let region = Region::On(self.part(part)?, *share);
-                one(format!("u({part}, {share})"), region)
-            }
-            Asked::Weight(name) => one(name.clone(), Region::Weight(self.weight_number(name)?)),
-            Asked::Over(part) => one(part.clone(), Region::Part(self.part(part)?)),
-            Asked::Grid(points, part) => {
-                let number = part.as_deref().map(|part| self.part(part)).transpose()?;
-                Ok(Target {
-                    name: part.clone().unwrap_or_else(|| "u".to_owned()),
-                    ask: Ask::Grid {
-                        points: *points,
-                        part: number,
-                    },
-                })
-            }
-        }
+        self.asked.iter().cloned().collect()
     }
 
     /// The number of a part.
     fn part(&self, name: &str) -> Result<usize, Error> {
         number("part", name, &|number| self.model.part(number))
-    }
-
-    /// The number of a weight.
-    fn weight_number(&self, name: &str) -> Result<usize, Error> {
-        number("weight", name, &|number| self.model.weight(number))
     }
 }
 

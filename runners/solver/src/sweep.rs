@@ -49,7 +49,7 @@ pub struct Clock {
 }
 
 /// How levels are measured.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Sweep<'a> {
     /// The equation.
     pub model: &'a dyn Model,
@@ -61,15 +61,6 @@ pub struct Sweep<'a> {
     pub lift: Option<usize>,
     /// The most plain walks that are timed; `None` if the clock is not wanted.
     pub timed: Option<u64>,
-}
-
-impl core::fmt::Debug for Sweep<'_> {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.debug_struct("Sweep")
-            .field("discretisation", &self.discretisation)
-            .field("walk", &self.walk)
-            .finish_non_exhaustive()
-    }
 }
 
 impl<'a> Sweep<'a> {

@@ -1,6 +1,5 @@
 //! Solved systems that are kept, so that many processes need one set-up.
 
-use core::fmt::{self, Debug};
 use std::time::Instant;
 
 pub use fredholm_model::{SavedSystem, SystemOf};
@@ -54,14 +53,8 @@ pub trait SystemStore: Sync {
 }
 
 /// Where systems come from: they are solved, unless somebody keeps them.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Systems<'m>(pub(crate) Option<&'m dyn SystemStore>);
-
-impl Debug for Systems<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("Systems").field(&self.0.is_some()).finish()
-    }
-}
 
 impl<'m> Systems<'m> {
     /// Refuses a choice of the cells: what it solves are the systems of pilots.
@@ -77,34 +70,22 @@ impl<'m> Systems<'m> {
         })
     }
 
-    /// The system of these cells, timed.
+    /// The system of these cells, timed, and lifted if that is asked for.
     pub(crate) fn solved(
         self,
         cells: &(dyn Partitioned<'m> + 'm),
         settings: &Settings,
     ) -> Result<Solved<'m>, Error> {
         let start = Instant::now();
-        Ok(Solved {
-            system: self.lifted(cells, settings)?,
+        let solved = Solved {
+            system: self.solve(cells, settings.discretisation())?,
             seconds: start.elapsed().as_secs_f64(),
-        })
-    }
-
-    /// The system of these cells, lifted if that is asked for.
-    pub(crate) fn lifted(
-        self,
-        cells: &(dyn Partitioned<'m> + 'm),
-        settings: &Settings,
-    ) -> Result<Box<dyn System + 'm>, Error> {
-        let system = self.solve(cells, settings.discretisation())?;
-        match settings.lifted() {
-            Some(degree) => system.lift(degree),
-            None => Ok(system),
-        }
+        };
+        solved.lifted(settings.lifted())
     }
 
     /// The system of these cells.
-    pub(crate) fn solve(
+    fn solve(
         self,
         cells: &(dyn Partitioned<'m> + 'm),
         cut: Discretisation,

@@ -6,7 +6,6 @@ mod means;
 mod summary;
 mod walks;
 
-use core::fmt::{self, Debug};
 use std::time::Instant;
 
 use fredholm_core::global::over_replicates;
@@ -90,18 +89,11 @@ impl GlobalValue {
 /// }
 /// # Ok::<(), fredholm::SolveError>(())
 /// ```
+#[derive(Debug)]
 pub struct GlobalEstimate<'m> {
     model: &'m dyn Model,
     field: Box<dyn GlobalField + 'm>,
     summary: GlobalSummary,
-}
-
-impl Debug for GlobalEstimate<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("GlobalEstimate")
-            .field("summary", &self.summary)
-            .finish_non_exhaustive()
-    }
 }
 
 impl<'m> GlobalEstimate<'m> {
@@ -152,7 +144,7 @@ impl GlobalEstimate<'_> {
     /// # Errors
     /// [`Error::Region`]: the space has no such point.
     pub fn at(&self, point: impl Into<Point>) -> Result<GlobalValue, Error> {
-        self.functional(&self.model.point(&point.into().0))
+        self.functional(&Region::Point(point.into().0))
     }
 
     /// (u, Φ) for a region: the mean over the whole space ([`Model::whole`]) or over a part, an integral with a weight, a
@@ -161,11 +153,14 @@ impl GlobalEstimate<'_> {
     /// # Errors
     /// [`Error::Region`]: the space has no such region.
     pub fn functional(&self, region: &Region) -> Result<GlobalValue, Error> {
-        let values = self.values(core::slice::from_ref(region))?;
-        values
-            .first()
-            .copied()
-            .ok_or(Error::Internal("a region without a value"))
+        self.one(GlobalQuantity::U, region)
+    }
+
+    /// A quantity of a region.
+    fn one(&self, quantity: GlobalQuantity, region: &Region) -> Result<GlobalValue, Error> {
+        let values = self.quantities(quantity, core::slice::from_ref(region))?;
+        let value = values.first().copied();
+        value.ok_or(Error::Internal("a region without a value"))
     }
 
     /// The values of several regions, on all threads.
@@ -211,14 +206,13 @@ impl GlobalEstimate<'_> {
     }
 
     fn heat(&self, quantity: GlobalQuantity, region: &Region) -> Result<GlobalValue, Error> {
-        if !self.model.has_irradiance(region) {
+        let surfaces = self.model.exchange();
+        if surfaces.is_none_or(|surfaces| surfaces.is_in_air(region)) {
             return Err(Error::Region {
                 message: "irradiances and net fluxes are those of walls of a room".to_owned(),
             });
         }
-        let values = self.quantities(quantity, core::slice::from_ref(region))?;
-        let value = values.first().copied();
-        value.ok_or(Error::Internal("a region without a value"))
+        self.one(quantity, region)
     }
 
     /// A quantity of several regions, on all threads.

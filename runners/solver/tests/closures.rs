@@ -266,3 +266,31 @@ fn infinite_domains_and_systems_are_walked_together() {
         assert!((target.solution - exact).abs() < 1e-4, "{target:?}");
     }
 }
+
+/// Without a kernel u is F in every point, and integrals are those of F, whatever the map from [0, 1].
+#[test]
+fn points_and_measures_are_those_of_the_domain() {
+    const INF: f64 = f64::INFINITY;
+    const RIGHT: f64 = core::f64::consts::FRAC_PI_2;
+    let cases = [
+        ([-1.0, 3.0], [-1.0, 0.7], 3.0_f64.atan() + 1.0_f64.atan()),
+        ([2.0, INF], [2.000_001, 1e5], RIGHT - 2.0_f64.atan()),
+        ([-INF, -1.5], [-1e5, -1.6], RIGHT - 1.5_f64.atan()),
+        ([-INF, INF], [-1e12, 0.3], 2.0 * RIGHT),
+    ];
+    for (ends, points, integral) in cases {
+        let far = |x: f64| (1.0 + x.abs()).ln();
+        let u = CubeModel::on_interval(ends, |_, _| 0.0, far);
+        let report = Solver::new(&u).at(points[0]).at(points[1]).solve().unwrap();
+        for (goal, x) in report.goals.iter().zip(points) {
+            assert!((goal.value() - far(x)).abs() < 1e-9, "{ends:?} {goal:?}");
+        }
+        let u = CubeModel::on_interval(ends, |_, _| 0.0, |x| 1.0 / (1.0 + x * x));
+        let report = Solver::new(&u).weight("all", |_| 1.0).solve_to(1e-4);
+        let all = report.unwrap()[0].value();
+        assert!((all - integral).abs() < 5e-4, "{ends:?}: {all}");
+    }
+    let plane = CubeModel::from_fn::<2>(|_, _| 0.0, |x| (-x[1]).exp()).on([[1.0, 4.0], [0.0, INF]]);
+    let report = Solver::new(&plane).weight("all", |_| 1.0).solve_to(1e-3);
+    assert!((report.unwrap()[0].value() - 3.0).abs() < 5e-3);
+}

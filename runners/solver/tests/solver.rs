@@ -4,13 +4,14 @@ use core::f64::consts::PI;
 use core::sync::atomic::{AtomicU64, Ordering};
 
 use fredholm::StopReason;
+use fredholm::choice::ChoiceReport;
 use fredholm::circle::{Emission, Harmonic};
 use fredholm::room::Material;
 use fredholm::room::{RoomModel, Surfaces};
 use fredholm::sphere::Parameters;
 use fredholm::{
     CircleModel, CubeModel, CustomModel, Error, Estimator, Method, Model, Observer, Pairs, Region,
-    Report, Scalar, Sequence, SolveError, SolveObserver, Solver, SphereModel,
+    Report, Scalar, Sequence, Settings, SolveError, SolveObserver, Solver, SphereModel,
 };
 
 use common::Line;
@@ -506,4 +507,33 @@ fn no_gain_is_told_without_an_error() {
     // Nothing emits.
     assert_eq!(gain(&product(0.0), 0), "-");
     assert!(gain(&product(1.0), 0).parse::<f64>().unwrap() > 2.0);
+}
+
+#[test]
+fn what_was_given_up_is_told() {
+    let mut report = ChoiceReport {
+        method: "preconditioned",
+        predicted_setup_seconds: 0.0,
+        predicted_walk_seconds: 1.0,
+        predicted_walks: 1e6,
+        predicted_states: 3e6,
+        predicted_plain_seconds: None,
+        predicted_separate_seconds: None,
+        predicted_whole_seconds: Some(3.0),
+        whole_given_up: true,
+        pilots: 1,
+        pilot_walks: 1000,
+        predicted_pilot_seconds: 0.1,
+        pilot_seconds: 0.1,
+    };
+    let text = |report: &ChoiceReport| report.text(&Settings::default(), "20");
+    let told = "(global estimate), predicted to take about 3.00 s, took longer";
+    assert!(text(&report).contains(told), "{}", text(&report));
+    report.whole_given_up = false;
+    let told = "(global estimate) would take about 3.00 s\n";
+    assert!(text(&report).contains(told), "{}", text(&report));
+    report.method = "global estimate";
+    report.predicted_separate_seconds = Some(5.0);
+    let told = "separate walks would take about 5.00 s\n";
+    assert!(text(&report).contains(told), "{}", text(&report));
 }

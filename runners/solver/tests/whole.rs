@@ -391,7 +391,7 @@ fn values_without_a_projection_have_no_floor() {
         let solver = Solver::new(model).cells(cells).absorption(0.2);
         let solver = solver.walks(1 << 20);
         let off = |x: f64, value: &fredholm::GlobalValue| {
-            let exact = model.exact(&model.point(&[x])).unwrap().unwrap();
+            let exact = model.exact(&Region::Point(vec![x])).unwrap().unwrap();
             ((value.estimate - exact) / value.std_error.unwrap()).abs()
         };
         let values = solver.values_at(&points).unwrap();

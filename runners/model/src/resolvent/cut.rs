@@ -102,23 +102,23 @@ pub trait ResolventWalks: Sync {
 }
 
 /// Solved equation on fewer cells, by whose resolvent walks go on, with the factors by which that on the finer cells is solved.
-pub(super) struct OnCoarse<'k, E: Regular, K> {
-    cut: Box<Cut<'k, E, K>>,
+pub(super) struct OnCoarse<'k, E: Regular> {
+    cut: Box<Cut<'k, E>>,
     factors: Factors,
     /// [`Coarse::share`].
     share: f64,
 }
 
 /// A solved equation.
-pub(super) struct Cut<'k, E: Regular, K> {
+pub(super) struct Cut<'k, E: Regular> {
     pub(super) equation: E,
-    pub(super) kind: &'k K,
+    pub(super) kind: &'k dyn RegularKind<E>,
     pub(super) functions: usize,
     pub(super) measures: Vec<f64>,
     pub(super) kernel: Vec<f64>,
     /// R̂, or nothing where walks go on by a coarse resolvent.
     pub(super) resolvent: Vec<f64>,
-    pub(super) coarse: Option<OnCoarse<'k, E, K>>,
+    pub(super) coarse: Option<OnCoarse<'k, E>>,
     pub(super) source: Vec<f64>,
     pub(super) correction: Vec<f64>,
     pub(super) looks: ResolventLooks,
@@ -141,15 +141,14 @@ pub(super) fn on_axis(rule: &[(f64, f64)]) -> Vec<AxisNode> {
 ///
 /// # Errors
 /// [`Error::NotFinite`], [`Error::Regular`]: I − K' is singular. [`Error::Galerkin`]: memory.
-pub fn cut_of<'k, E, K>(
+pub fn cut_of<'k, E>(
     equation: E,
-    kind: &'k K,
+    kind: &'k dyn RegularKind<E>,
     degree: usize,
     coarse: Option<(E, usize)>,
 ) -> Result<Box<dyn ResolventCut + 'k>, Error>
 where
     E: Regular<Point: Send + Sync> + Send + Sync + 'k,
-    K: RegularKind<E>,
 {
     let coarse = coarse.map(|(equation, degree)| solved(equation, kind, degree, None));
     let coarse = coarse.transpose()?;
@@ -157,15 +156,14 @@ where
 }
 
 /// A solved equation, with a coarse one or none.
-fn solved<'k, E, K>(
+fn solved<'k, E>(
     equation: E,
-    kind: &'k K,
+    kind: &'k dyn RegularKind<E>,
     degree: usize,
-    coarse: Option<Cut<'k, E, K>>,
-) -> Result<Cut<'k, E, K>, Error>
+    coarse: Option<Cut<'k, E>>,
+) -> Result<Cut<'k, E>, Error>
 where
     E: Regular<Point: Send + Sync> + Send + Sync,
-    K: RegularKind<E>,
 {
     let (cells, own) = (equation.cells(), functions(E::DIMENSION, degree));
     // Of one node more on the right: no two of them are the same.
@@ -282,10 +280,9 @@ where
     Ok(cut)
 }
 
-impl<E, K> Cut<'_, E, K>
+impl<E> Cut<'_, E>
 where
     E: Regular<Point: Send + Sync> + Sync,
-    K: RegularKind<E>,
 {
     pub(super) fn resolvent(&self) -> Resolvent<'_, E> {
         Resolvent {
@@ -429,10 +426,9 @@ pub(super) struct Rest<'c, P> {
     pub(super) polynomial: Vec<f64>,
 }
 
-impl<E, K> ResolventCut for Cut<'_, E, K>
+impl<E> ResolventCut for Cut<'_, E>
 where
     E: Regular<Point: Send + Sync> + Send + Sync,
-    K: RegularKind<E>,
 {
     fn figures(&self) -> ResolventFigures {
         let unknowns = self.source.len();

@@ -8,7 +8,6 @@ use fredholm_core::{DefaultGenerator, Real, RngUniforms, WalkSeeds};
 use fredholm_rayon::fill_rows;
 use fredholm_variance::{gauss, gauss_lobatto};
 
-use super::RegularKind;
 use super::blocks::{BlockSum, Blocks, sign};
 use super::cut::{Asked, Cut, on_axis};
 use crate::{Error, GLOBAL_REPLICATES, GlobalField, GlobalQuantity, IMAGE_HEAD, Region, only_u};
@@ -63,8 +62,8 @@ pub(super) struct Imaged {
 }
 
 /// Images of a solved equation.
-pub(super) struct ImageMaker<'c, 'k, E: Regular, K> {
-    cut: &'c Cut<'k, E, K>,
+pub(super) struct ImageMaker<'c, 'k, E: Regular> {
+    cut: &'c Cut<'k, E>,
     images: Images<'c, E>,
     pub(super) scored: usize,
     /// Where the functions of the tables are among those that points score on.
@@ -74,13 +73,12 @@ pub(super) struct ImageMaker<'c, 'k, E: Regular, K> {
     seed: u64,
 }
 
-impl<'c, 'k, E, K> ImageMaker<'c, 'k, E, K>
+impl<'c, 'k, E> ImageMaker<'c, 'k, E>
 where
     E: Regular<Point: Send + Sync> + Sync,
-    K: RegularKind<E>,
 {
     /// Images that may be off by so much, with draws of this seed.
-    pub(super) fn new(cut: &'c Cut<'k, E, K>, (error, seed): (f64, u64)) -> Result<Self, Error> {
+    pub(super) fn new(cut: &'c Cut<'k, E>, (error, seed): (f64, u64)) -> Result<Self, Error> {
         let Some(scored) = scored(E::DIMENSION, cut.functions) else {
             return Err(Error::Internal("no functions of a higher degree"));
         };
@@ -245,17 +243,16 @@ where
 }
 
 /// A solved equation, and what walks have found.
-pub(super) struct ImageField<'k, E: Regular, K> {
-    pub(super) cut: Box<Cut<'k, E, K>>,
+pub(super) struct ImageField<'k, E: Regular> {
+    pub(super) cut: Box<Cut<'k, E>>,
     pub(super) blocks: Blocks,
     /// The error of values, of which rules and samples of T_K have a part, and the seed of these.
     pub(super) by: (f64, u64),
 }
 
-impl<E, K> GlobalField for ImageField<'_, E, K>
+impl<E> GlobalField for ImageField<'_, E>
 where
     E: Regular<Point: Send + Sync> + Send + Sync,
-    K: RegularKind<E>,
 {
     fn rows(&self) -> usize {
         GLOBAL_REPLICATES + 2

@@ -9,7 +9,7 @@ use fredholm_rayon::{Observer, fill_rows};
 use super::blocks::Blocks;
 use super::cut::{Asked, Cut, ResolventWalks};
 use super::images::{ImageMaker, Imaged};
-use super::{RegularKind, ResolventEstimate, bound_of};
+use super::{ResolventEstimate, bound_of};
 use crate::Error;
 
 /// The number of the goal of draws that all goals share.
@@ -31,18 +31,18 @@ pub(super) struct Sums {
 }
 
 /// What is looked at where values are images.
-pub(super) struct Imaging<'c, 'k, E: Regular, K> {
-    pub(super) maker: ImageMaker<'c, 'k, E, K>,
+pub(super) struct Imaging<'c, 'k, E: Regular> {
+    pub(super) maker: ImageMaker<'c, 'k, E>,
     pub(super) looks: Vec<Imaged>,
     pub(super) blocks: Blocks,
 }
 
 /// Walks of some goals.
-pub(super) struct Walks<'c, 'k, E: Regular, K> {
-    pub(super) cut: &'c Cut<'k, E, K>,
+pub(super) struct Walks<'c, 'k, E: Regular> {
+    pub(super) cut: &'c Cut<'k, E>,
     /// The goals that have walks of their own; none where values are images.
     pub(super) asked: Vec<Asked<'c, E::Point>>,
-    pub(super) images: Option<Imaging<'c, 'k, E, K>>,
+    pub(super) images: Option<Imaging<'c, 'k, E>>,
     pub(super) shared: Plan<'c, E::Point>,
     /// The standard deviation of a point of what a goal has for itself.
     pub(super) own: Vec<f64>,
@@ -58,10 +58,9 @@ pub(super) struct Walks<'c, 'k, E: Regular, K> {
     pub(super) steps: u64,
 }
 
-impl<E, K> Walks<'_, '_, E, K>
+impl<E> Walks<'_, '_, E>
 where
     E: Regular<Point: Send + Sync> + Sync,
-    K: RegularKind<E>,
 {
     /// The root of the number of goals, and the standard deviations of all of them together.
     fn all(&self) -> (f64, f64) {
@@ -173,10 +172,9 @@ struct Drawn {
     own: Vec<Vec<GroupScores>>,
 }
 
-impl<E, K> ResolventWalks for Walks<'_, '_, E, K>
+impl<E> ResolventWalks for Walks<'_, '_, E>
 where
     E: Regular<Point: Send + Sync> + Sync,
-    K: RegularKind<E>,
 {
     fn std_devs(&self) -> (f64, Vec<f64>) {
         (self.shared.std_dev(), self.own.clone())

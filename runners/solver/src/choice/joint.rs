@@ -10,11 +10,10 @@ use fredholm_model::WholeValues;
 use fredholm_model::cost::{Cost, PointwisePairs};
 
 use super::Chosen;
-use super::search::Quiet;
+use super::search::{LIFTED_PILOT, OF_SEQUENCE, PAYS, Quiet};
 use crate::answer::SolveObserver;
 use crate::chosen::{ChoiceReport, WHOLE};
 use crate::execute::CellCount;
-use crate::systems::Systems;
 use crate::whole::{GlobalEstimate, Looks, Ready, Until, Whole};
 use crate::{Error, Goal, Model, Pairs, Partitioned, Sequence, Settings, SolveError, WalkOptions};
 use fredholm_core::StopReason;
@@ -25,10 +24,6 @@ const SHARE: f64 = 0.05;
 const FINER: f64 = 0.25;
 /// Walks of a pilot: 16 of each replicate.
 const PILOT: u64 = 1024;
-/// Walks of a pilot of a lift, as many as where every target has walks of its own: rare scores make most of the variance.
-const LIFTED_PILOT: u64 = 16_384;
-/// How many times as long as a lift others must take for it to be taken, as there.
-const LIFT_PAYS: f64 = 2.0;
 /// Walks of a pilot that draws from a sequence, which gains with its length: 64 of each replicate. States without absorption, after which
 /// on cubes hardly anything is left.
 const LONG_PILOT: u64 = 4096;
@@ -37,8 +32,6 @@ const FORCED_STEPS: u32 = 4;
 const SEQUENCE_SHARE: f64 = 0.1;
 /// The rate r of a variance of N^−r that longer replicates are trusted to have; that of pseudo-random walks is 1.
 const TRUSTED_RATE: f64 = 1.25;
-/// Seconds of a walk of a sequence over those of a pseudo-random one with as many states, which may be compiled for its equation.
-const OF_SEQUENCE: f64 = 1.3;
 /// The mask of a pilot's seed: its walks differ from those of the answer.
 const SEED: u64 = 0x6a6f_696e_7473;
 /// A walk that scores in every state, over one that scores its start: 1.4 to 2.4 were measured.
@@ -100,12 +93,7 @@ impl<'m> Joint<'m> {
         watch: &dyn SolveObserver,
         price: f64,
     ) -> Result<Option<GlobalEstimate<'m>>, SolveError> {
-        let whole = Whole {
-            model,
-            settings: &self.settings,
-            watch,
-            systems: Systems(None),
-        };
+        let whole = Whole::new(model, &self.settings, watch);
         let until = Until {
             looks: self.looks,
             walks: super::ENDLESS,
@@ -214,9 +202,8 @@ impl<'m> Question<'_, 'm> {
         for cells in self.levels(chosen) {
             let best = looked.joint.as_ref().map_or(f64::INFINITY, Joint::seconds);
             let settings = self.on(cells, chosen);
-            let level = match self.model.partition(&settings.discretisation()) {
-                Ok(level) if level.unknowns() <= UNKNOWNS => level,
-                _ => break,
+            let Some(level) = self.level(&settings) else {
+                break;
             };
             let setup = level.cost(self.pairs()).setup;
             let pilot = setup + self.pilot_seconds(&*level, &settings);
@@ -299,9 +286,8 @@ impl<'m> Question<'_, 'm> {
                 lift: Some(degree),
                 ..self.on(cells, chosen)
             };
-            let level = match self.model.partition(&settings.discretisation()) {
-                Ok(level) if level.unknowns() <= UNKNOWNS => level,
-                _ => break,
+            let Some(level) = self.level(&settings) else {
+                break;
             };
             let Some(cost) = level.lift_cost(degree) else {
                 break;
@@ -322,7 +308,7 @@ impl<'m> Question<'_, 'm> {
                 Ok(found) => {
                     looked.pilots += 1;
                     looked.walks += LIFTED_PILOT;
-                    let pays = |joint: &Joint<'_>| LIFT_PAYS * joint.seconds() < least;
+                    let pays = |joint: &Joint<'_>| PAYS * joint.seconds() < least;
                     if let Some(joint) = found.filter(pays) {
                         looked.joint = Some(joint);
                     }
@@ -345,6 +331,12 @@ impl<'m> Question<'_, 'm> {
         let mut all = self.model.coarse_levels(&cut);
         all.extend(self.model.levels(&cut));
         all
+    }
+
+    /// The cells of these settings, unless they are refused or too many.
+    fn level(&self, settings: &Settings) -> Option<Box<dyn Partitioned<'m> + 'm>> {
+        let level = self.model.partition(&settings.discretisation()).ok()?;
+        (level.unknowns() <= UNKNOWNS).then_some(level)
     }
 
     /// The settings with so many cells, and with the degree and the walks of the choice.
@@ -384,12 +376,8 @@ impl<'m> Question<'_, 'm> {
         (tolerance, may): (Tolerance, f64),
         lost: &mut f64,
     ) -> Result<Option<Joint<'m>>, Error> {
-        let whole = Whole {
-            model: self.model,
-            settings: &settings,
-            watch: &Quiet(self.watch),
-            systems: Systems(None),
-        };
+        let watch = Quiet(self.watch);
+        let whole = Whole::new(self.model, &settings, &watch);
         let ready = whole.ready()?;
         let looks = Looks::of_goals(self.goals);
         let [points, means] = looks.counts(self.model).map(|count| count as f64);
@@ -462,12 +450,8 @@ impl<'m> Question<'_, 'm> {
         let mut settings = joint.settings.clone();
         settings.sequence = Some(Sequence::Sobol);
         settings.forced_steps = Some(forced_steps);
-        let whole = Whole {
-            model: self.model,
-            settings: &settings,
-            watch: &Quiet(self.watch),
-            systems: Systems(None),
-        };
+        let watch = Quiet(self.watch);
+        let whole = Whole::new(self.model, &settings, &watch);
         let walk = WalkOptions {
             sequence: Sequence::Sobol,
             forced_steps,

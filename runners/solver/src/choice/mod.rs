@@ -379,6 +379,13 @@ fn next<'m>(
         let Some(best) = search.best() else {
             return Err(search.take_refusal().unwrap_or(Error::NoSetting));
         };
+        let next = |chosen, best, otherwise| {
+            Ok(Next {
+                chosen,
+                best,
+                otherwise,
+            })
+        };
         if let Some(drawn) = search.sequence(&best)
             && let Ok(mut chosen) = accepted(search, settings, &drawn.prediction)
         {
@@ -390,33 +397,19 @@ fn next<'m>(
             if let Some(lifted) = drawn.lifted {
                 follow(&mut chosen, lifted);
             }
-            return Ok(Next {
-                chosen,
-                best: drawn.prediction,
-                otherwise: Some(search.price(&best)),
-            });
+            return next(chosen, drawn.prediction, Some(search.price(&best)));
         }
         if let Some(lifted) = search.lift(search.price(&best))
             && let Ok(mut chosen) = accepted(search, settings, &lifted.prediction)
         {
-            refuse_without_end(settings, &lifted.prediction)?;
             let prediction = lifted.prediction;
+            refuse_without_end(settings, &prediction)?;
             follow(&mut chosen, lifted);
-            return Ok(Next {
-                chosen,
-                best: prediction,
-                otherwise: Some(search.price(&best)),
-            });
+            return next(chosen, prediction, Some(search.price(&best)));
         }
         refuse_without_end(settings, &best)?;
         match accepted(search, settings, &best) {
-            Ok(chosen) => {
-                return Ok(Next {
-                    chosen,
-                    best,
-                    otherwise: None,
-                });
-            }
+            Ok(chosen) => return next(chosen, best, None),
             Err(refusal) => search.forget(best.setting, refusal),
         }
         search.run();

@@ -8,8 +8,6 @@ mod lift;
 mod other_way;
 mod prices;
 mod sequence;
-#[cfg(test)]
-mod tests;
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -26,9 +24,10 @@ use crate::answer::{Answer, SolveObserver, Solved, Walks};
 use crate::model::Request;
 use crate::{Error, Model, Partitioned, Settings, WalkOptions};
 use fredholm_model::{About, Target};
-pub(super) use lift::Lifted;
 use lift::Lifts;
+pub(super) use lift::{LIFTED_PILOT, Lifted};
 use other_way::OtherWay;
+pub(super) use sequence::OF_SEQUENCE;
 use sequence::Sequences;
 
 /// Walks of a first pilot: it takes less than a hundredth of the least run of 16 batches.

@@ -1,8 +1,8 @@
 //! What takes the number of functions on a cell as a constant.
 
 use fredholm_core::galerkin::{
-    AllPointwise, Basis, Coefficients, Dense, DiagonalRule, GalerkinMatrix, PairIntegral, PairKind,
-    Piecewise, Rounded, Solution, TransitionMoments, second_moment_radius,
+    AllPointwise, Basis, Cells, Coefficients, Dense, DiagonalRule, GalerkinMatrix, PairIntegral,
+    PairKind, Piecewise, Rounded, Solution, TransitionMoments, buffer, second_moment_radius,
 };
 use fredholm_core::{Located, Neighbour, Real, Space};
 
@@ -10,6 +10,7 @@ use super::CustomEquation;
 use super::cells::Nodes;
 use crate::Error;
 use fredholm_model::pairs::AnyPairs;
+use fredholm_rayon::fill_rows;
 
 /// Which pairs are pointwise; all others are in S.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,20 +60,20 @@ pub(crate) struct Of<'a, E> {
     pub(crate) equation: &'a E,
     /// The numbers that the degree keeps of K'.
     pub(crate) entries: &'a [f64],
-    /// n and B.
-    pub(crate) shape: [usize; 2],
     pub(crate) solution: &'a Solution,
 }
 
 /// Coefficients of any form.
 pub(crate) type Closed<'e> = Box<dyn GalerkinMatrix<Scalar = f64> + Sync + 'e>;
 
-impl<'a, E> Of<'a, E> {
-    /// The dense table of K'.
-    pub(crate) fn table(&self) -> Result<Dense<'a, f64>, Error> {
-        let [n, functions] = self.shape;
-        Dense::new(self.entries, n, functions).ok_or(Error::Internal("a table has a wrong size"))
-    }
+/// The dense table of K' of an equation with so many functions on a cell.
+fn dense<'e>(
+    equation: &impl Cells,
+    entries: &'e [f64],
+    functions: usize,
+) -> Result<Dense<'e, f64>, Error> {
+    let table = Dense::new(entries, equation.cells(), functions);
+    table.ok_or(Error::Internal("a table has a wrong size"))
 }
 
 /// Which pairs of cells a neighbour equation may have.
@@ -116,31 +117,16 @@ pub(crate) trait Degree<E: CustomEquation>: Send + Sync {
         (cells as f64 * points).powi(2)
     }
 
-    /// The numbers that are kept of K', by a rule of so many points of a cell and axis, if it has a form of its own.
-    fn entries(&self, equation: &E, points: usize) -> Option<Result<Vec<f64>, Error>> {
-        let _ = (equation, points);
-        None
+    /// The numbers that are kept of K', by a rule of so many points of a cell and axis.
+    fn entries(&self, equation: &E, points: usize) -> Result<Vec<f64>, Error>;
+
+    /// K' of these numbers: a dense table, unless it has a form of its own.
+    fn matrix<'e>(&self, equation: &'e E, entries: &'e [f64]) -> Result<Closed<'e>, Error> {
+        Ok(Box::new(dense(equation, entries, self.functions())?))
     }
 
-    /// K' of these numbers, if it has a form of its own.
-    fn matrix<'e>(&self, equation: &'e E, entries: &'e [f64]) -> Option<Result<Closed<'e>, Error>> {
-        let _ = (equation, entries);
-        None
-    }
-
-    /// Fills the rows of K' of a cell.
-    fn fill(&self, equation: &E, nodes: &Nodes<E::Point>, cell: usize, rows: &mut [f64]);
-
-    /// The means over every cell of a function times each function on the cell.
-    fn means(
-        &self,
-        equation: &E,
-        nodes: &Nodes<E::Point>,
-        function: &dyn Fn(&E::Point) -> f64,
-    ) -> Vec<f64>;
-
-    /// Σ_a c_ia ψ_ia(x) for x in cell i.
-    fn series(&self, equation: &E, coefficients: &[f64], x: &Located<E::Point>) -> f64;
+    /// The functions themselves.
+    fn on_cells(&self) -> &dyn OnCells<E>;
 
     /// Hands out the neighbour equation with these pairs.
     fn with_neighbour(
@@ -159,6 +145,20 @@ pub(crate) trait Degree<E: CustomEquation>: Send + Sync {
     ) -> Result<f64, Error>;
 }
 
+/// Functions on the cells of an equation.
+pub(crate) trait OnCells<E: CustomEquation>: Sync {
+    /// The means over every cell of a function times each function on the cell.
+    fn means(
+        &self,
+        equation: &E,
+        nodes: &Nodes<E::Point>,
+        function: &dyn Fn(&E::Point) -> f64,
+    ) -> Vec<f64>;
+
+    /// Σ_a c_ia ψ_ia(x) for x in cell i.
+    fn series(&self, equation: &E, coefficients: &[f64], x: &Located<E::Point>) -> f64;
+}
+
 /// B functions on a cell, with all pairs in S.
 #[derive(Debug)]
 pub(crate) struct Smooth<const B: usize>;
@@ -167,27 +167,7 @@ pub(crate) struct Smooth<const B: usize>;
 #[derive(Debug)]
 pub(super) struct WithIntegrals<const B: usize>;
 
-impl<E: CustomEquation + TransitionMoments<B>, const B: usize> Degree<E> for Smooth<B> {
-    fn functions(&self) -> usize {
-        B
-    }
-
-    fn fill(&self, equation: &E, nodes: &Nodes<E::Point>, cell: usize, rows: &mut [f64]) {
-        // The nodes of all cells have the same parameters.
-        let psi = functions::<E, B>(equation, nodes, cell);
-        fill::<E, B>(equation, nodes, cell, rows, |x, j| {
-            let mut integrals = [0.0; B];
-            for ((point, weight), psi) in nodes.weighted(j).zip(&psi) {
-                let k = equation.kernel(&x.point, &point).to_f64();
-                let step = weight * k * equation.density(&x.point, &point).to_f64();
-                for (integral, psi) in integrals.iter_mut().zip(psi) {
-                    *integral += step * psi;
-                }
-            }
-            integrals
-        });
-    }
-
+impl<E: CustomEquation + TransitionMoments<B>, const B: usize> OnCells<E> for Smooth<B> {
     fn means(
         &self,
         equation: &E,
@@ -212,6 +192,32 @@ impl<E: CustomEquation + TransitionMoments<B>, const B: usize> Degree<E> for Smo
         let psi = Basis::<B>::basis(equation, x);
         own.iter().zip(psi).map(|(c, psi)| c * psi.to_f64()).sum()
     }
+}
+
+impl<E: CustomEquation + TransitionMoments<B>, const B: usize> Degree<E> for Smooth<B> {
+    fn functions(&self) -> usize {
+        B
+    }
+
+    fn entries(&self, equation: &E, points: usize) -> Result<Vec<f64>, Error> {
+        let nodes = &Nodes::new(equation, points)?;
+        filled::<E, B>(equation, nodes, |x, j, psi| {
+            let mut integrals = [0.0; B];
+            // The nodes of all cells have the same parameters.
+            for ((point, weight), psi) in nodes.weighted(j).zip(psi) {
+                let k = equation.kernel(&x.point, &point).to_f64();
+                let step = weight * k * equation.density(&x.point, &point).to_f64();
+                for (integral, psi) in integrals.iter_mut().zip(psi) {
+                    *integral += step * psi;
+                }
+            }
+            integrals
+        })
+    }
+
+    fn on_cells(&self) -> &dyn OnCells<E> {
+        self
+    }
 
     fn with_neighbour(
         &self,
@@ -222,7 +228,7 @@ impl<E: CustomEquation + TransitionMoments<B>, const B: usize> Degree<E> for Smo
         if !matches!(kinds, Kinds::AllInS | Kinds::Paper) {
             return Err(Error::Internal("pointwise pairs need their integrals"));
         }
-        let coefficients = of.table()?;
+        let coefficients = dense(of.equation, of.entries, B)?;
         let vectors = of.solution.for_walks(&coefficients, IN_S)?;
         let rounded = Rounded::new(&coefficients);
         let neighbour: Piecewise<'_, _, _, _, _, _, B> =
@@ -236,7 +242,8 @@ impl<E: CustomEquation + TransitionMoments<B>, const B: usize> Degree<E> for Smo
         nodes: &Nodes<E::Point>,
         kinds: Kinds,
     ) -> Result<f64, Error> {
-        squared_radius::<_, _, B>(of.equation, &of.table()?, nodes, &kinds.any(IN_S))
+        let coefficients = dense(of.equation, of.entries, B)?;
+        squared_radius::<_, _, B>(of.equation, &coefficients, nodes, &kinds.any(IN_S))
     }
 }
 
@@ -265,39 +272,34 @@ where
     )?)
 }
 
-/// The functions on a cell at its nodes.
-fn functions<E: CustomEquation + TransitionMoments<B>, const B: usize>(
+/// The dense table of what `integrals` says of a point, another cell, and the functions at the nodes of the point's own cell:
+/// ∫_Xj K(x,y) ψ_jb(y) dμ(y).
+fn filled<E: CustomEquation + TransitionMoments<B>, const B: usize>(
     equation: &E,
     nodes: &Nodes<E::Point>,
-    cell: usize,
-) -> Vec<[f64; B]> {
-    let at = |(point, _)| Basis::<B>::basis(equation, &Located { point, cell }).map(Real::to_f64);
-    nodes.shares(cell).map(at).collect()
-}
-
-/// Adds to the rows of a cell what `integrals` says of a point and another cell: ∫_Xj K(x,y) ψ_jb(y) dμ(y).
-fn fill<E: CustomEquation + TransitionMoments<B>, const B: usize>(
-    equation: &E,
-    nodes: &Nodes<E::Point>,
-    cell: usize,
-    rows: &mut [f64],
-    integrals: impl Fn(&Located<E::Point>, usize) -> [f64; B],
-) {
+    integrals: impl Fn(&Located<E::Point>, usize, &[[f64; B]]) -> [f64; B] + Sync,
+) -> Result<Vec<f64>, Error> {
     let unknowns = nodes.cells() * B;
-    rows.fill(0.0);
-    let psi = functions::<E, B>(equation, nodes, cell);
-    for ((point, share), psi) in nodes.shares(cell).zip(&psi) {
-        let x = Located { point, cell };
-        for j in 0..nodes.cells() {
-            let integrals = integrals(&x, j);
-            for (row, psi) in rows.chunks_exact_mut(unknowns).zip(psi) {
-                let left = share * psi;
-                for (entry, integral) in row[j * B..].iter_mut().zip(integrals) {
-                    *entry += left * integral;
+    let mut entries: Vec<f64> = buffer(unknowns.saturating_mul(unknowns))?;
+    fill_rows(&mut entries, unknowns * B, |cell, rows| {
+        let at = |(point, _)| Basis::<B>::basis(equation, &Located { point, cell });
+        let psi = nodes.shares(cell).map(|node| at(node).map(Real::to_f64));
+        let psi: Vec<[f64; B]> = psi.collect();
+        for ((point, share), own) in nodes.shares(cell).zip(&psi) {
+            let x = Located { point, cell };
+            for j in 0..nodes.cells() {
+                let integrals = integrals(&x, j, &psi);
+                for (row, own) in rows.chunks_exact_mut(unknowns).zip(own) {
+                    let left = share * own;
+                    for (entry, integral) in row[j * B..].iter_mut().zip(integrals) {
+                        *entry += left * integral;
+                    }
                 }
             }
         }
-    }
+        Ok::<(), Error>(())
+    })?;
+    Ok(entries)
 }
 
 impl<E, const B: usize> Degree<E> for WithIntegrals<B>
@@ -316,23 +318,15 @@ where
         }
     }
 
-    fn fill(&self, equation: &E, nodes: &Nodes<E::Point>, cell: usize, rows: &mut [f64]) {
-        fill::<E, B>(equation, nodes, cell, rows, |x, j| {
+    fn entries(&self, equation: &E, points: usize) -> Result<Vec<f64>, Error> {
+        let nodes = Nodes::new(equation, points)?;
+        filled::<E, B>(equation, &nodes, |x, j, _| {
             PairIntegral::<B>::pair_integral(equation, x, j).map(Real::to_f64)
-        });
+        })
     }
 
-    fn means(
-        &self,
-        equation: &E,
-        nodes: &Nodes<E::Point>,
-        function: &dyn Fn(&E::Point) -> f64,
-    ) -> Vec<f64> {
-        Smooth::<B>.means(equation, nodes, function)
-    }
-
-    fn series(&self, equation: &E, coefficients: &[f64], x: &Located<E::Point>) -> f64 {
-        Smooth::<B>.series(equation, coefficients, x)
+    fn on_cells(&self) -> &dyn OnCells<E> {
+        &Smooth::<B>
     }
 
     fn with_neighbour(
@@ -341,7 +335,7 @@ where
         kinds: Kinds,
         then: &mut Use<'_, E>,
     ) -> Result<(), Error> {
-        let coefficients = of.table()?;
+        let coefficients = dense(of.equation, of.entries, B)?;
         let rounded = Rounded::new(&coefficients);
         match kinds {
             Kinds::AllInS | Kinds::Paper => Smooth::<B>.with_neighbour(of, kinds, then),

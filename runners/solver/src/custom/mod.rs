@@ -23,7 +23,7 @@ use crate::{Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Subj
 pub(crate) use cells::Nodes;
 use degree::WithIntegrals;
 pub(crate) use degree::{
-    Closed, Degree, DegreePairs, IN_S, Kinds, Of, Smooth, Use, squared_radius,
+    Closed, Degree, DegreePairs, IN_S, Kinds, Of, OnCells, Smooth, Use, squared_radius,
 };
 use fredholm_model::EquationError;
 use fredholm_model::finite::radius_above;
@@ -535,12 +535,7 @@ impl<E: CustomEquation<Scalar = f64>> CustomModel<E> {
         let Some(single) = &self.single else {
             return Ok(());
         };
-        let names = |walks: &dyn Walks| -> Vec<String> {
-            let names = (0..).map_while(|number| walks.weight(number).map(str::to_owned));
-            names.collect()
-        };
-        let has = |walks: &dyn Walks| (walks.integrals(), names(walks), walks.has_lights());
-        if has(&**single) == has(&self.equations) {
+        if single.abilities() == self.equations.abilities() {
             return Ok(());
         }
         Err(Error::Option {
@@ -575,7 +570,8 @@ impl<E: CustomEquation<Scalar = f64>> Model for CustomModel<E> {
     }
 
     fn weight(&self, number: usize) -> Option<&str> {
-        Walks::weight(&self.equations, number)
+        let weight = self.equations.weights.get(number);
+        weight.map(|(name, _)| name.as_str())
     }
 
     fn check_goals(&self, goals: &[Goal]) -> Result<(), Error> {

@@ -137,10 +137,8 @@ impl<E: CustomEquation> Scores<E::Point> for CellScores<'_, E> {
     fn value(&self, x: &Located<E::Point>, coefficients: &[f64]) -> f64 {
         let start = x.cell * self.functions();
         let own = coefficients.get(start..start + self.functions());
-        let t = parameters(self.equation, x);
         own.map_or(f64::NAN, |own| {
-            let terms = own.iter().zip(self.polynomials.at(&t));
-            terms.map(|(c, psi)| c * psi).sum()
+            self.polynomials.value(&parameters(self.equation, x), own)
         })
     }
 }
@@ -286,31 +284,4 @@ impl<'a, E: CustomEquation> Integrals<'a, E> {
 struct Node {
     t: [f64; MOST_DIMENSIONS],
     share: f64,
-}
-
-#[cfg(test)]
-mod tests {
-    use super::Polynomials;
-
-    #[test]
-    fn they_are_orthonormal() {
-        let polynomials = Polynomials::new(2, 2);
-        assert_eq!(polynomials.totals().collect::<Vec<_>>(), [0, 1, 2, 1, 2, 2]);
-        let rule = super::super::cells::tensor(2, 3).unwrap();
-        let functions = polynomials.functions();
-        let mut gram = vec![0.0; functions * functions];
-        for (t, share) in rule {
-            let mut values = vec![0.0; functions];
-            polynomials.add(&[t[0], t[1], 0.0, 0.0, 0.0, 0.0], 1.0, &mut values);
-            for (row, a) in gram.chunks_exact_mut(functions).zip(&values) {
-                row.iter_mut()
-                    .zip(&values)
-                    .for_each(|(g, b)| *g += share * a * b);
-            }
-        }
-        for (i, g) in gram.iter().enumerate() {
-            let expected = f64::from(u8::from(i / functions == i % functions));
-            assert!((g - expected).abs() < 1e-14);
-        }
-    }
 }

@@ -2,16 +2,15 @@
 
 use std::sync::Mutex;
 
-use fredholm_core::galerkin::{Solution, buffer};
+use fredholm_core::galerkin::Solution;
 use fredholm_embedded::{Number, TableBuilder};
-use fredholm_rayon::fill_rows;
 use fredholm_variance::{Density, MeanCoefficients, Quadrature, Start as Begin, VarianceSetup};
 
 use super::cells::{Nodes, Uniform};
 use super::degree::{Degree, Kinds, Of};
 use super::lifted::{self, Lifted};
 use super::quadrature::Sites;
-use super::walk::{How, Lit, Solved, Walks, is_weight, known_of, matrix, place};
+use super::walk::{How, Lit, Solved, Walks, is_weight, known_of, place};
 use super::whole::CustomWhole;
 use super::{CustomEquation, CustomModel};
 use crate::{
@@ -154,6 +153,21 @@ impl<'m, E: CustomEquation<Scalar = f64>> CustomPartition<'m, E> {
         let parts = (nodes as f64 / nodes_of_cells as f64).powf(1.0 / f64::from(d));
         Sites::new(self.equation()?, (parts as usize).max(1), points)
     }
+
+    /// The system of these coefficients with this solution.
+    fn solved(&self, entries: Vec<f64>, solution: Solution) -> Box<dyn System + 'm> {
+        Box::new(CustomSystem {
+            cut: *self,
+            solved: Solved {
+                cells: self.asked,
+                degree: self.degree,
+                entries,
+                solution,
+                lifted: None,
+            },
+            radii: Mutex::default(),
+        })
+    }
 }
 
 impl<'m, E: CustomEquation<Scalar = f64>> Partitioned<'m> for CustomPartition<'m, E> {
@@ -285,56 +299,23 @@ impl<'m, E: CustomEquation<Scalar = f64>> Partitioned<'m> for CustomPartition<'m
 
     fn solve(&self) -> Result<Box<dyn System + 'm>, Error> {
         let (equation, degree) = (self.equation()?, self.of_degree()?);
-        let functions = degree.functions();
-        let nodes = Nodes::new(&equation, self.points)?;
         let of_source = Nodes::new(&equation, self.points_of_source())?;
-        let source = degree.means(&equation, &of_source, &|x| equation.source(x, &mut NoDraws));
+        let source = |x: &E::Point| equation.source(x, &mut NoDraws);
+        let source = degree.on_cells().means(&equation, &of_source, &source);
         drop(of_source);
-        let entries = match degree.entries(&equation, self.points) {
-            Some(entries) => entries?,
-            None => {
-                let unknowns = self.unknowns();
-                let mut entries: Vec<f64> = buffer(unknowns.saturating_mul(unknowns))?;
-                fill_rows(&mut entries, unknowns * functions, |cell, rows| {
-                    degree.fill(&equation, &nodes, cell, rows);
-                    Ok::<(), Error>(())
-                })?;
-                entries
-            }
-        };
-        let shape = [self.all, functions];
-        let matrix = matrix(degree, &equation, (&entries, shape))?;
-        let solution = Solution::new(&*matrix, source, TOLERANCE, SWEEPS)?;
-        drop(matrix);
-        Ok(Box::new(CustomSystem {
-            cut: *self,
-            solved: Solved {
-                cells: self.asked,
-                degree: self.degree,
-                entries,
-                shape,
-                solution,
-                lifted: None,
-            },
-            radii: Mutex::default(),
-        }))
+        let entries = degree.entries(&equation, self.points)?;
+        let solution = Solution::new(
+            &*degree.matrix(&equation, &entries)?,
+            source,
+            TOLERANCE,
+            SWEEPS,
+        )?;
+        Ok(self.solved(entries, solution))
     }
 
     fn restore(&self, saved: SavedSystem<'m>) -> Result<Box<dyn System + 'm>, Error> {
         let solution = saved.fitting(self.unknowns(), self.stored())?;
-        let functions = self.of_degree()?.functions();
-        Ok(Box::new(CustomSystem {
-            cut: *self,
-            solved: Solved {
-                cells: self.asked,
-                degree: self.degree,
-                entries: saved.coefficients.into_owned(),
-                shape: [self.all, functions],
-                solution,
-                lifted: None,
-            },
-            radii: Mutex::default(),
-        }))
+        Ok(self.solved(saved.coefficients.into_owned(), solution))
     }
 
     fn plain_job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
@@ -420,7 +401,6 @@ impl<E: CustomEquation<Scalar = f64>> CustomSystem<'_, E> {
                 let of = Of {
                     equation: &equation,
                     entries: &self.solved.entries,
-                    shape: self.solved.shape,
                     solution: &self.solved.solution,
                 };
                 let degree = self.cut.of_degree()?;
@@ -466,7 +446,7 @@ impl<E: CustomEquation<Scalar = f64>> System for CustomSystem<'_, E> {
         let equation = &self.cut.equation()?;
         let kinds = self.kinds(request.walk.pairs);
         let quadrature = self.cut.sites(nodes)?;
-        let matrix = self.solved.matrix(degree, equation)?;
+        let matrix = degree.matrix(equation, &self.solved.entries)?;
         let mean = |i, j| matrix.mean(i, j);
         let cells = self.cut.all;
         let means = MeanCoefficients { cells, mean: &mean };
@@ -552,7 +532,7 @@ impl<E: CustomEquation<Scalar = f64>> System for CustomSystem<'_, E> {
                         );
                     }
                     let cell = neighbour.locate(x).cell;
-                    group(cell, cells).name(ends.as_deref())
+                    group(cell, cells, ends.as_deref())
                 },
             })
         })
@@ -565,7 +545,7 @@ impl<E: CustomEquation<Scalar = f64>> System for CustomSystem<'_, E> {
         let equation = self.cut.equation()?;
         let of_degree = self.cut.of_degree()?;
         let v = &self.solved.solution.v;
-        let value = |x: &Located<E::Point>| of_degree.series(&equation, v, x);
+        let value = |x: &Located<E::Point>| of_degree.on_cells().series(&equation, v, x);
         let size = fredholm_model::numbers::largest(v);
         let lifted = Lifted::new(&equation, self.cut.degree, &value, (size, degree))?;
         self.solved.lifted = Some(lifted);
@@ -612,16 +592,15 @@ impl<E: CustomEquation<Scalar = f64>> CustomSystem<'_, E> {
         }
         self.check_neighbour(kinds, Absorption::Roulette)?;
         let (equation, degree) = (self.cut.equation()?, self.cut.of_degree()?);
-        let matrix = solved.matrix(degree, &equation)?;
+        let matrix = degree.matrix(&equation, &solved.entries)?;
         let any = kinds.any(degree.pairs().paper);
         let g = solved.solution.source(&*matrix, &any)?;
         let v = solved.solution.rounded::<F>()?;
         let mut tables = TableBuilder::new(self.cut.model.name);
         tables.numbers("axes", &[E::DIMENSION as u32, self.cut.asked as u32]);
         tables.numbers("degree", &[self.cut.degree as u32]);
-        let [n, functions] = solved.shape;
-        if solved.entries.len() == (n * functions).pow(2) {
-            add_dense::<F>(&mut tables, &solved.entries, functions);
+        if solved.entries.len() == self.cut.unknowns().pow(2) {
+            add_dense::<F>(&mut tables, &solved.entries, degree.functions());
         } else {
             // Products are rounded, not factors, so that the walks are the library's own.
             tables.numbers("factors", &solved.entries);
@@ -658,44 +637,14 @@ fn part_of(x: &[f64], intervals: &[[f64; 2]]) -> String {
     places.join(" × ")
 }
 
-/// Neighbouring cells that are summed.
-struct Group {
-    first: usize,
-    last: usize,
-}
-
-/// The cells with which a cell is summed.
-fn group(cell: usize, cells: usize) -> Group {
+/// The neighbouring cells with which a cell is summed, for people: where a coordinate has them, by the ends of all cells.
+fn group(cell: usize, cells: usize, ends: Option<&[f64]>) -> String {
     let width = cells.div_ceil(PLACES).max(1);
     let first = cell / width * width;
     let last = (first + width).min(cells) - 1;
-    Group { first, last }
-}
-
-impl Group {
-    /// For people: where a coordinate has them, by the ends of all cells.
-    fn name(&self, ends: Option<&[f64]>) -> String {
-        let Self { first, last } = *self;
-        match ends.and_then(|ends| ends.get(first..last + 2)) {
-            Some([from, .., to]) => format!("[{from:.2}, {to:.2}]"),
-            _ if last > first => format!("cells {first} to {last}"),
-            _ => format!("cell {first}"),
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::group;
-
-    #[test]
-    fn few_cells_are_places_of_their_own() {
-        let name = |cell, cells| group(cell, cells).name(None);
-        assert_eq!(name(3, 10), "cell 3");
-        assert_eq!(name(99, 100), "cells 98 to 99");
-        assert_eq!(name(6, 100), "cells 0 to 6");
-        assert_eq!(name(16, 17), "cell 16");
-        let ends: Vec<f64> = (0..=20).map(|end| 0.1 * f64::from(end)).collect();
-        assert_eq!(group(3, 20).name(Some(&ends)), "[0.20, 0.40]");
+    match ends.and_then(|ends| ends.get(first..last + 2)) {
+        Some([from, .., to]) => format!("[{from:.2}, {to:.2}]"),
+        _ if last > first => format!("cells {first} to {last}"),
+        _ => format!("cell {first}"),
     }
 }

@@ -3,7 +3,7 @@
 use core::fmt;
 use std::borrow::Cow;
 
-use fredholm_core::galerkin::{Dense, Solution, degree_of};
+use fredholm_core::galerkin::{Solution, degree_of};
 use fredholm_core::global::{AdjointImage, AdjointScores, Scores};
 use fredholm_core::{
     Chain, Equation, Goals, Job, LastStep, Lights, Located, NoDraws, NoNeighbour, Real, Sobol,
@@ -12,7 +12,7 @@ use fredholm_core::{
 use fredholm_variance::gauss;
 
 use super::cells::{MOST_DIMENSIONS, Nodes, Uniform};
-use super::degree::{Boxed, Closed, Degree, Kinds, Of, Use};
+use super::degree::{Boxed, Degree, Kinds, Of, OnCells, Use};
 use super::lifted::Lifted;
 use super::scores::{CellScores, Polynomials};
 use super::whole::{AnyStarts, GlobalWalks};
@@ -71,37 +71,9 @@ pub(super) struct Solved {
     pub(super) degree: usize,
     /// The numbers that the degree keeps of K'.
     pub(super) entries: Vec<f64>,
-    /// n and B.
-    pub(super) shape: [usize; 2],
     pub(super) solution: Solution,
     /// The solution in place of that, if it is lifted.
     pub(super) lifted: Option<Lifted>,
-}
-
-impl Solved {
-    /// K', of this degree.
-    pub(super) fn matrix<'a, E: CustomEquation>(
-        &'a self,
-        degree: &dyn Degree<E>,
-        equation: &'a E,
-    ) -> Result<Closed<'a>, Error> {
-        matrix(degree, equation, (&self.entries, self.shape))
-    }
-}
-
-/// K' of a degree, from the numbers that it keeps.
-pub(super) fn matrix<'a, E: CustomEquation>(
-    degree: &dyn Degree<E>,
-    equation: &'a E,
-    (entries, [n, functions]): (&'a [f64], [usize; 2]),
-) -> Result<Closed<'a>, Error> {
-    match degree.matrix(equation, entries) {
-        Some(matrix) => matrix,
-        None => match Dense::new(entries, n, functions) {
-            Some(dense) => Ok(Box::new(dense)),
-            None => Err(Error::Internal("a table has a wrong size")),
-        },
-    }
 }
 
 /// How the walks of a neighbour equation go.
@@ -149,14 +121,8 @@ pub(super) trait Walks: Send + Sync {
         then: &mut WithGlobalJob<'_>,
     ) -> Result<(), Error>;
 
-    /// The name of the weight of this number.
-    fn weight(&self, number: usize) -> Option<&str>;
-
-    /// Whether pairs may be pointwise, for every degree.
-    fn integrals(&self) -> Vec<bool>;
-
-    /// Whether last steps may lead to the light.
-    fn has_lights(&self) -> bool;
+    /// What may be asked: whether pairs may be pointwise, for every degree; the names of weights; whether last steps may lead to the light.
+    fn abilities(&self) -> (Vec<bool>, Vec<&str>, bool);
 }
 
 /// A weighted integral ∫ w u dμ: Φ = w, walks start uniformly.
@@ -166,8 +132,8 @@ pub(super) trait Walks: Send + Sync {
 pub(super) struct Weighted<'a, E: CustomEquation> {
     uniform: &'a Uniform<'a, E>,
     weight: Weight<'a, E::Point>,
-    /// The degree of v, and the means over cells of w times each function there.
-    near: Option<(&'a dyn Degree<E>, Vec<f64>)>,
+    /// The functions of v, and the means over cells of w times each of them.
+    near: Option<(&'a dyn OnCells<E>, Vec<f64>)>,
     /// (v, Φ) as far as these are the means.
     pub(super) of_means: f64,
 }
@@ -180,8 +146,8 @@ impl<E: CustomEquation> Weighted<'_, E> {
 
     /// A number near (v, Φ), whose mean is that, from a start.
     pub(super) fn control_estimate(&self, x: &Located<E::Point>, phi: f64, v: f64) -> f64 {
-        let near = self.near.as_ref().map_or(0.0, |(degree, means)| {
-            let series = degree.series(self.uniform.equation(), means, x);
+        let near = self.near.as_ref().map_or(0.0, |(functions, means)| {
+            let series = functions.series(self.uniform.equation(), means, x);
             series * self.uniform.measure
         });
         self.of_means + (phi - near) * v
@@ -460,7 +426,8 @@ impl<E: CustomEquation> Equations<E> {
             if let Some((degree, v)) = near {
                 let points = degree_of(E::DIMENSION, degree.functions()) + 2;
                 let nodes = Nodes::new(uniform.equation(), points)?;
-                let means = degree.means(uniform.equation(), &nodes, &weighted.weight);
+                let own = degree.on_cells();
+                let means = own.means(uniform.equation(), &nodes, &weighted.weight);
                 let functions = degree.functions();
                 let cells = means.chunks(functions).zip(v.chunks(functions));
                 let terms = cells.zip(nodes.measures()).map(|((means, v), measure)| {
@@ -468,7 +435,7 @@ impl<E: CustomEquation> Equations<E> {
                     measure * products.sum::<f64>()
                 });
                 weighted.of_means = terms.sum();
-                weighted.near = Some((degree, means));
+                weighted.near = Some((own, means));
             }
             Ok(weighted)
         };
@@ -498,11 +465,12 @@ impl<E: CustomEquation> Equations<E> {
             let v: Vec<E::Scalar> = v.into_iter().map(E::Scalar::from_f64).collect();
             return then(&lifted.neighbour(equation), &v);
         }
+        let degree = self.degree(solved.degree)?;
         let mut solution = Cow::Borrowed(&solved.solution);
         if let Some(lights) = lights {
             let middle = [0.5; MOST_DIMENSIONS];
             let v = &mut solution.to_mut().v;
-            for (cell, own) in v.chunks_exact_mut(solved.shape[1].max(1)).enumerate() {
+            for (cell, own) in v.chunks_exact_mut(degree.functions()).enumerate() {
                 let x = equation.point(cell, &middle[..E::DIMENSION]);
                 own[0] -= lights.known(equation, &x);
             }
@@ -510,10 +478,9 @@ impl<E: CustomEquation> Equations<E> {
         let of = Of {
             equation,
             entries: &solved.entries,
-            shape: solved.shape,
             solution: &solution,
         };
-        self.degree(solved.degree)?.with_neighbour(&of, kinds, then)
+        degree.with_neighbour(&of, kinds, then)
     }
 
     /// Hands on the job of all goals, and (v, Φ) of each.
@@ -738,16 +705,13 @@ impl<E: CustomEquation> Walks for Equations<E> {
         score(&AdjointScores(&images))
     }
 
-    fn weight(&self, number: usize) -> Option<&str> {
-        self.weights.get(number).map(|(name, _)| name.as_str())
-    }
-
-    fn integrals(&self) -> Vec<bool> {
+    fn abilities(&self) -> (Vec<bool>, Vec<&str>, bool) {
         let degrees = self.degrees.iter();
-        degrees.map(|degree| degree.pairs().pointwise).collect()
-    }
-
-    fn has_lights(&self) -> bool {
-        self.lights.is_some()
+        let names = self.weights.iter().map(|(name, _)| name.as_str());
+        (
+            degrees.map(|degree| degree.pairs().pointwise).collect(),
+            names.collect(),
+            self.lights.is_some(),
+        )
     }
 }

@@ -324,7 +324,7 @@ impl<E: CustomEquation<Scalar = f64>> CustomField<'_, E> {
     fn images_of(&self, regions: &[Region], rows: &[f64], of_y: usize) -> Result<Vec<f64>, Error> {
         let cut = &self.system.cut;
         let equation = cut.equation()?;
-        let (equations, degree) = (&cut.model.equations, cut.of_degree()?);
+        let (equations, functions) = (&cut.model.equations, cut.of_degree()?.on_cells());
         let lifted = self.system.solved.lifted.as_ref();
         let lifted = lifted.map(|lifted| Polynomials::new(E::DIMENSION, lifted.degree));
         let v = |x: &Located<E::Point>| match &lifted {
@@ -333,7 +333,7 @@ impl<E: CustomEquation<Scalar = f64>> CustomField<'_, E> {
                 let own = self.v.get(x.cell * width..(x.cell + 1) * width);
                 polynomials.value(&parameters(&equation, x), own.unwrap_or(&[]))
             }
-            None => degree.series(&equation, &self.v, x),
+            None => functions.series(&equation, &self.v, x),
         };
         let of = Integrals::new((&equation, &self.polynomials), &v, of_y)?;
         let head = IMAGE_HEAD + rows.len() / self.unknowns.max(1);

@@ -1,16 +1,19 @@
 //! Flatland radiosity on the unit circle.
 
+use core::any::Any;
 use core::f64::consts::TAU;
 
 pub use fredholm_circle::Harmonic;
 use fredholm_circle::{Circle, Light, OwnedTables, Point, Residual};
 use fredholm_core::galerkin::{Cells as _, DiagonalRule, PairKind, Piecewise};
-use fredholm_core::{Located, Real, SourcePart, best_lights};
+use fredholm_core::{Real, SourcePart, best_lights};
 
 use fredholm_model::resolvent::{ResolventFound, ResolventQuestion};
 use fredholm_model::{About, LastSteps};
 
-use crate::custom::{Closed, Degree, DegreePairs, Kinds, Nodes, Of, Smooth, Use, squared_radius};
+use crate::custom::{
+    Closed, Degree, DegreePairs, Kinds, Nodes, Of, OnCells, Smooth, Use, squared_radius,
+};
 use crate::{CustomModel, Discretisation, Error, Goal, Model, Pairs, Partitioned, Region};
 
 /// Time of the light of an arc in a last step, over that of a step.
@@ -109,14 +112,7 @@ pub fn common_multiple(a: usize, b: usize) -> usize {
 }
 
 /// The circle in one scalar.
-fn of_scalar<F: Real>(reflectance: Vec<f64>, emission: Emission) -> CustomModel<LitCircle<F>>
-where
-    ClosedForms<1>: Degree<LitCircle<F>>,
-    ClosedForms<2>: Degree<LitCircle<F>>,
-    ClosedForms<3>: Degree<LitCircle<F>>,
-    ClosedForms<4>: Degree<LitCircle<F>>,
-    ClosedForms<5>: Degree<LitCircle<F>>,
-{
+fn of_scalar<F: Real>(reflectance: Vec<f64>, emission: Emission) -> CustomModel<LitCircle<F>> {
     let own = reflectance.clone();
     let build = move |cells: usize| {
         let tables = OwnedTables::<F>::new(&own, cells)?;
@@ -154,9 +150,43 @@ impl<const B: usize> ClosedForms<B> {
         let tables = OwnedTables::new(&self.0, cells)?;
         Ok(Circle::harmonic(tables, dark)?)
     }
+}
 
-    /// Hands on the neighbour equation of walks in one scalar.
-    fn neighbour<F: Real>(
+impl<F: Real, const B: usize> Degree<LitCircle<F>> for ClosedForms<B> {
+    fn functions(&self) -> usize {
+        B
+    }
+
+    fn pairs(&self) -> DegreePairs {
+        DegreePairs {
+            pointwise: true,
+            paper: PAPER,
+            default: Kinds::AllPointwise,
+        }
+    }
+
+    fn stored(&self, _: usize) -> Option<usize> {
+        Some(0)
+    }
+
+    fn entries(&self, _: &LitCircle<F>, _: usize) -> Result<Vec<f64>, Error> {
+        Ok(Vec::new())
+    }
+
+    /// The coefficients of walks in f32 are those in f64.
+    fn matrix<'e>(&self, circle: &'e LitCircle<F>, _: &'e [f64]) -> Result<Closed<'e>, Error> {
+        let circle: &dyn Any = circle;
+        match circle.downcast_ref::<LitCircle<f64>>() {
+            Some(circle) => Ok(Box::new(circle.system::<B>())),
+            None => Err(Error::Internal("coefficients of a circle are in f64")),
+        }
+    }
+
+    fn on_cells(&self) -> &dyn OnCells<LitCircle<F>> {
+        &Smooth::<B>
+    }
+
+    fn with_neighbour(
         &self,
         of: &Of<'_, LitCircle<F>>,
         kinds: Kinds,
@@ -180,89 +210,15 @@ impl<const B: usize> ClosedForms<B> {
         let neighbour: Piecewise<'_, _, _, _, _, _, B> = vectors.with_pointwise(circle, &own)?;
         then(&neighbour, vectors.v())
     }
+
+    fn neighbour_radius(
+        &self,
+        of: &Of<'_, LitCircle<F>>,
+        nodes: &Nodes<Point<F>>,
+        kinds: Kinds,
+    ) -> Result<f64, Error> {
+        let wide = self.wide(of.equation.cells())?;
+        let pairs = kinds.any(PAPER);
+        squared_radius::<_, _, B>(of.equation, &wide.system::<B>(), nodes, &pairs)
+    }
 }
-
-/// The closed forms of walks in one scalar, of which the coefficients are those in f64.
-macro_rules! closed_forms {
-    ($scalar:ident, $circle:ident => $matrix:expr) => {
-        impl<const B: usize> Degree<LitCircle<$scalar>> for ClosedForms<B> {
-            fn functions(&self) -> usize {
-                B
-            }
-
-            fn pairs(&self) -> DegreePairs {
-                DegreePairs {
-                    pointwise: true,
-                    paper: PAPER,
-                    default: Kinds::AllPointwise,
-                }
-            }
-
-            fn stored(&self, _: usize) -> Option<usize> {
-                Some(0)
-            }
-
-            fn entries(&self, _: &LitCircle<$scalar>, _: usize) -> Option<Result<Vec<f64>, Error>> {
-                Some(Ok(Vec::new()))
-            }
-
-            fn matrix<'e>(
-                &self,
-                $circle: &'e LitCircle<$scalar>,
-                _: &'e [f64],
-            ) -> Option<Result<Closed<'e>, Error>> {
-                $matrix
-            }
-
-            fn fill(
-                &self,
-                circle: &LitCircle<$scalar>,
-                nodes: &Nodes<Point<$scalar>>,
-                cell: usize,
-                rows: &mut [f64],
-            ) {
-                Smooth::<B>.fill(circle, nodes, cell, rows);
-            }
-
-            fn means(
-                &self,
-                circle: &LitCircle<$scalar>,
-                nodes: &Nodes<Point<$scalar>>,
-                function: &dyn Fn(&Point<$scalar>) -> f64,
-            ) -> Vec<f64> {
-                Smooth::<B>.means(circle, nodes, function)
-            }
-
-            fn series(
-                &self,
-                circle: &LitCircle<$scalar>,
-                coefficients: &[f64],
-                x: &Located<Point<$scalar>>,
-            ) -> f64 {
-                Smooth::<B>.series(circle, coefficients, x)
-            }
-
-            fn with_neighbour(
-                &self,
-                of: &Of<'_, LitCircle<$scalar>>,
-                kinds: Kinds,
-                then: &mut Use<'_, LitCircle<$scalar>>,
-            ) -> Result<(), Error> {
-                self.neighbour(of, kinds, then)
-            }
-
-            fn neighbour_radius(
-                &self,
-                of: &Of<'_, LitCircle<$scalar>>,
-                nodes: &Nodes<Point<$scalar>>,
-                kinds: Kinds,
-            ) -> Result<f64, Error> {
-                let wide = self.wide(of.equation.cells())?;
-                let pairs = kinds.any(PAPER);
-                squared_radius::<_, _, B>(of.equation, &wide.system::<B>(), nodes, &pairs)
-            }
-        }
-    };
-}
-closed_forms!(f64, circle => Some(Ok(Box::new(circle.system::<B>()))));
-closed_forms!(f32, _circle => None);

@@ -16,7 +16,8 @@ use super::watch::Watch;
 use crate::custom::Coordinates;
 use crate::domain::{self, Domain};
 use crate::{
-    CustomModel, Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Subject, Uniformly,
+    CustomModel, Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Subject,
+    Uniformly, WeightFn,
 };
 
 /// The largest dimension.
@@ -53,14 +54,11 @@ pub struct SystemModel {
     edges: Vec<Vec<f64>>,
     functions: Arc<Functions>,
     solution: Option<Arc<Components>>,
-    weights: Vec<(String, usize, Arc<WeightFn>)>,
+    weights: Vec<(String, usize, WeightFn)>,
     seconds: f64,
     /// The system in its dimension, once it is asked for.
     model: OnceLock<Box<dyn Model>>,
 }
-
-/// A weight, as a function of x.
-type WeightFn = dyn Fn(&[f64]) -> f64 + Send + Sync;
 
 /// What is given of a system.
 struct Functions {
@@ -111,11 +109,7 @@ impl SystemModel {
     /// Adds coordinates on every axis where cells end, besides those where jumps are found.
     #[must_use]
     pub fn with_edges(self, edges: impl Into<Vec<Vec<f64>>>) -> Self {
-        Self {
-            edges: edges.into(),
-            model: OnceLock::new(),
-            ..self
-        }
+        self.with(|own| own.edges = edges.into())
     }
 
     /// Adds the known solution, with which reports compare.
@@ -124,11 +118,14 @@ impl SystemModel {
         self,
         solution: impl Fn(usize, &[f64]) -> f64 + Send + Sync + 'static,
     ) -> Self {
-        Self {
-            solution: Some(Arc::new(solution)),
-            model: OnceLock::new(),
-            ..self
-        }
+        self.with(|own| own.solution = Some(Arc::new(solution)))
+    }
+
+    /// This system with a change, for which its model is made anew.
+    fn with(mut self, change: impl FnOnce(&mut Self)) -> Self {
+        change(&mut self);
+        self.model = OnceLock::new();
+        self
     }
 
     /// Adds a weight w of one component, for integrals ∫ w u_i dx that [`Solver::weighted`](crate::Solver::weighted) asks for.
@@ -146,31 +143,19 @@ impl SystemModel {
     /// ```
     #[must_use]
     pub fn weight(
-        mut self,
+        self,
         name: &str,
         component: usize,
         weight: impl Fn(&[f64]) -> f64 + Send + Sync + 'static,
     ) -> Self {
-        let weight = (
-            name.to_owned(),
-            component,
-            Arc::new(weight) as Arc<WeightFn>,
-        );
-        self.weights.push(weight);
-        Self {
-            model: OnceLock::new(),
-            ..self
-        }
+        let weight = (name.to_owned(), component, WeightFn::new(weight));
+        self.with(|own| own.weights.push(weight))
     }
 
     /// Sets about how many seconds a value of a kernel or a source takes, for the choice; by default 10 ns.
     #[must_use]
     pub fn with_seconds(self, seconds: f64) -> Self {
-        Self {
-            seconds,
-            model: OnceLock::new(),
-            ..self
-        }
+        self.with(|own| own.seconds = seconds)
     }
 
     /// The system in its dimension.
@@ -209,7 +194,7 @@ impl SystemModel {
         for (name, component, weight) in &self.weights {
             let (system, weight, component) = (system.clone(), weight.clone(), *component);
             model = model.weight(name, move |x| match x.0 == component {
-                true => system.weighted(&*weight, &x.1),
+                true => system.weighted(&weight, &x.1),
                 false => 0.0,
             });
         }
@@ -247,7 +232,7 @@ impl<const D: usize> System<D> {
     /// A weight with respect to the measure of [0, 1]^D.
     fn weighted(&self, weight: &WeightFn, t: &[f64; D]) -> f64 {
         let x = self.0.domain.point(t);
-        let value = weight(&x);
+        let value = weight.value(&x);
         let value = self.0.watch.finite(value, || {
             format!("`weight` is {value} at x = {}", Coordinates(&x))
         });

@@ -20,13 +20,6 @@ pub(super) struct Watch {
 }
 
 impl Watch {
-    /// Takes the words, if there was such a value.
-    pub(super) fn take(&self) -> Option<String> {
-        let [anywhere, together] = [&self.anywhere, &self.together]
-            .map(|first| first.lock().unwrap_or_else(PoisonError::into_inner).take());
-        anywhere.or(together)
-    }
-
     /// Refuses a value that was not finite, but for one of the kernel at x = y.
     pub(super) fn check(&self) -> Result<(), Error> {
         let mut first = self.anywhere.lock().unwrap_or_else(PoisonError::into_inner);
@@ -37,7 +30,9 @@ impl Watch {
 
     /// The error with the words of such a value, if it may come of one.
     pub(super) fn explain(&self, error: Error) -> Error {
-        match self.take() {
+        let [anywhere, together] = [&self.anywhere, &self.together]
+            .map(|first| first.lock().unwrap_or_else(PoisonError::into_inner).take());
+        match anywhere.or(together) {
             Some(what) if error.is_of_values() => Error::NotFinite { what },
             _ => error,
         }

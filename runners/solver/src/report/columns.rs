@@ -1,6 +1,6 @@
 //! Reports as columns of numbers, for arrays and meshes.
 
-use super::{Coordinates, EstimateReport, GlobalReport, Report};
+use super::{Coordinates, EstimateReport, GlobalReport, GoalReport, Report};
 
 /// A column of numbers with its name; NaN where there is no number.
 pub type Column = (&'static str, Vec<f64>);
@@ -68,36 +68,42 @@ fn numbers(at: Option<&Coordinates>, position: Option<&[f64]>) -> Vec<f64> {
     }
 }
 
+/// The columns of goals.
+fn of_goals<'a>(goals: impl Iterator<Item = &'a GoalReport>) -> Columns {
+    let all: &Vec<_> = &goals.collect();
+    let mut of_targets = vec![
+        ("estimate", column(all, |t| t.preconditioned.estimate)),
+        ("std_error", column(all, |t| t.preconditioned.std_error)),
+        ("band", column(all, |t| t.band)),
+        ("iterate", column(all, |t| t.iterate)),
+        ("plain", column(all, |t| t.plain.estimate)),
+        ("plain_std_error", column(all, |t| t.plain.std_error)),
+        ("galerkin", column(all, |t| Some(t.galerkin))),
+        ("exact", column(all, |t| t.exact)),
+    ];
+    of_targets.extend(estimates(all, IRRADIANCE, |t| t.irradiance));
+    of_targets.extend(estimates(all, NET_FLUX, |t| t.net_flux));
+    of_targets.extend(estimates(all, TEMPERATURE, |t| t.temperature));
+    Columns {
+        names: all.iter().map(|t| t.name.clone()).collect(),
+        coordinates: all
+            .iter()
+            .map(|t| numbers(t.at.as_ref(), t.position.as_deref()))
+            .collect(),
+        of_targets: some(of_targets),
+        of_cells: Vec::new(),
+        mesh: Vec::new(),
+    }
+}
+
 impl Report {
     /// The report as columns of numbers.
     #[must_use]
     pub fn columns(&self) -> Columns {
-        let all = &self.goals;
-        let mut of_targets = vec![
-            ("estimate", column(all, |t| t.preconditioned.estimate)),
-            ("std_error", column(all, |t| t.preconditioned.std_error)),
-            ("band", column(all, |t| t.band)),
-            ("iterate", column(all, |t| t.iterate)),
-            ("plain", column(all, |t| t.plain.estimate)),
-            ("plain_std_error", column(all, |t| t.plain.std_error)),
-            ("galerkin", column(all, |t| Some(t.galerkin))),
-            ("exact", column(all, |t| t.exact)),
-        ];
-        of_targets.extend(estimates(all, IRRADIANCE, |t| t.irradiance));
-        of_targets.extend(estimates(all, NET_FLUX, |t| t.net_flux));
-        of_targets.extend(estimates(all, TEMPERATURE, |t| t.temperature));
+        let whole = self.whole.as_ref();
         Columns {
-            names: all.iter().map(|t| t.name.clone()).collect(),
-            coordinates: all
-                .iter()
-                .map(|t| numbers(t.at.as_ref(), t.position.as_deref()))
-                .collect(),
-            of_targets: some(of_targets),
-            of_cells: self
-                .whole
-                .as_ref()
-                .map_or(Vec::new(), |whole| whole.of_cells()),
-            mesh: Vec::new(),
+            of_cells: whole.map_or(Vec::new(), |whole| whole.of_cells()),
+            ..of_goals(self.goals.iter())
         }
     }
 }
@@ -106,26 +112,10 @@ impl GlobalReport {
     /// The report as columns of numbers.
     #[must_use]
     pub fn columns(&self) -> Columns {
-        let all: &Vec<_> = &self.rows().collect();
-        let mut of_targets = vec![
-            ("estimate", column(all, |t| Some(t.value.estimate))),
-            ("std_error", column(all, |t| t.value.std_error)),
-            ("band", column(all, |t| t.value.band)),
-            ("iterate", column(all, |t| Some(t.value.iterate))),
-            ("exact", column(all, |t| t.exact)),
-        ];
-        of_targets.extend(estimates(all, IRRADIANCE, |t| t.irradiance));
-        of_targets.extend(estimates(all, NET_FLUX, |t| t.net_flux));
-        of_targets.extend(estimates(all, TEMPERATURE, |t| t.temperature));
         Columns {
-            names: all.iter().map(|t| t.name.clone()).collect(),
-            coordinates: all
-                .iter()
-                .map(|t| numbers(t.at.as_ref(), t.position.as_deref()))
-                .collect(),
-            of_targets: some(of_targets),
             of_cells: self.of_cells(),
             mesh: self.mesh.iter().map(|cell| cell.corners.clone()).collect(),
+            ..of_goals(self.rows())
         }
     }
 

@@ -1,7 +1,5 @@
 //! A report as CSV.
 
-use std::borrow::Cow;
-
 use serde::Serialize;
 
 use super::{Coordinates, EnergyReport, EstimateReport, GoalReport, Over, Report};
@@ -10,107 +8,205 @@ use crate::Error;
 /// A row that cannot be written.
 const FAILED: Error = Error::Internal("a report that is no CSV");
 
+/// An entry of a row.
+#[derive(Clone, Serialize)]
+#[serde(untagged)]
+pub(super) enum Entry {
+    Text(String),
+    Number(Option<f64>),
+    Count(u64),
+}
+
+impl Entry {
+    /// The entry with its number written out, without an exponent.
+    pub(super) fn written_out(self) -> Self {
+        match self {
+            Self::Number(number) => Self::Text(number.map_or(String::new(), |x| x.to_string())),
+            own => own,
+        }
+    }
+
+    const EMPTY: Self = Self::Number(None);
+}
+
+/// A column: its name, and the entry of a goal.
+pub(super) type CsvColumn = (&'static str, fn(&GoalReport) -> Entry);
+
+/// The columns of every report: which goal it is.
+pub(super) const COLUMNS_OF_GOALS: &[CsvColumn] = &[
+    ("name", |t| text(&t.name)),
+    ("at", |t| optional(t.at.as_ref().map(Coordinates::entry))),
+    ("from", |t| Entry::Number(interval(t).map(|[from, _]| from))),
+    ("to", |t| Entry::Number(interval(t).map(|[_, to]| to))),
+    ("weight", |t| optional(t.weight.as_deref().map(harmless))),
+    ("exact", |t| Entry::Number(t.exact)),
+];
+
+/// The columns of separate walks.
+const COLUMNS_OF_WALKS: &[CsvColumn] = &[
+    ("galerkin", |t| Entry::Number(Some(t.galerkin))),
+    ("walks", |t| Entry::Count(t.walks)),
+    ("plain", |t| value(t.plain)),
+    ("plain_std_error", |t| error(t.plain)),
+    ("plain_std_dev", |t| Entry::Number(t.plain.std_dev)),
+    ("preconditioned", |t| value(t.preconditioned)),
+    ("preconditioned_std_error", |t| error(t.preconditioned)),
+    ("preconditioned_std_dev", |t| {
+        Entry::Number(t.preconditioned.std_dev)
+    }),
+    ("irradiance", |t| value(t.irradiance)),
+    ("irradiance_std_error", |t| error(t.irradiance)),
+    ("net_flux", |t| value(t.net_flux)),
+    ("net_flux_std_error", |t| error(t.net_flux)),
+    ("rounding_floor", |t| Entry::Number(Some(t.rounding_floor))),
+    ("absorbed", |t| Entry::Count(t.endings.absorbed)),
+    ("step_limit", |t| Entry::Count(t.endings.step_limit)),
+    ("error", |t| Entry::Number(t.error)),
+    ("z", |t| Entry::Number(t.z)),
+    ("radiant_temperature", |t| value(t.radiant_temperature)),
+    ("radiant_temperature_std_error", |t| {
+        error(t.radiant_temperature)
+    }),
+    ("temperature", |t| value(t.temperature)),
+    ("temperature_std_error", |t| error(t.temperature)),
+];
+
+/// The columns of a global estimate.
+pub(super) const COLUMNS_OF_WHOLE: &[CsvColumn] = &[
+    ("iterate", |t| Entry::Number(t.iterate)),
+    ("estimate", |t| value(t.preconditioned)),
+    ("std_error", |t| error(t.preconditioned)),
+    ("band", |t| Entry::Number(t.band)),
+    ("error", |t| Entry::Number(t.error)),
+    ("z", |t| Entry::Number(t.z)),
+    ("irradiance", |t| value(t.irradiance)),
+    ("irradiance_std_error", |t| error(t.irradiance)),
+    ("net_flux", |t| value(t.net_flux)),
+    ("net_flux_std_error", |t| error(t.net_flux)),
+    ("temperature", |t| value(t.temperature)),
+    ("temperature_std_error", |t| error(t.temperature)),
+    ("radiant_temperature", |t| value(t.radiant_temperature)),
+    ("radiant_temperature_std_error", |t| {
+        error(t.radiant_temperature)
+    }),
+];
+
+/// The columns of walks that turned out to be those of a global estimate.
+const BAND_AND_ITERATE: &[CsvColumn] = &[
+    ("band", |t| Entry::Number(t.band)),
+    ("iterate", |t| Entry::Number(t.iterate)),
+];
+
+fn value(report: impl Into<Option<EstimateReport>>) -> Entry {
+    Entry::Number(report.into().and_then(|own| own.estimate))
+}
+
+fn error(report: impl Into<Option<EstimateReport>>) -> Entry {
+    Entry::Number(report.into().and_then(|own| own.std_error))
+}
+
+fn interval(goal: &GoalReport) -> Option<[f64; 2]> {
+    match goal.over {
+        Some(Over::Interval(interval)) => Some(interval),
+        _ => None,
+    }
+}
+
+fn text(text: &str) -> Entry {
+    Entry::Text(harmless(text))
+}
+
+fn optional(text: Option<String>) -> Entry {
+    text.map_or(Entry::EMPTY, Entry::Text)
+}
+
 impl Report {
     /// The report as CSV, a row for every goal, with columns of the problem's own coordinates.
     ///
     /// # Errors
     /// [`Error::Internal`].
     pub fn csv(&self) -> Result<String, Error> {
-        let mut writer = writer();
-        let coordinates = of_columns(self.problem, self.dimension);
-        let columns = COLUMNS.iter().copied();
-        let columns = columns.chain(coordinates.iter().map(String::as_str));
-        let of_whole = self.whole.iter().flat_map(|_| ["band", "iterate"]);
-        let columns = columns.chain(of_whole);
-        let columns: Vec<&str> = match &self.energy {
-            Some(energy) => columns.chain(flux_columns(energy)).collect(),
-            None => columns.collect(),
+        let table = CsvTable {
+            columns: &[COLUMNS_OF_GOALS, COLUMNS_OF_WALKS].concat(),
+            coordinates: of_columns(self.problem, self.dimension),
+            more: if self.whole.is_some() {
+                BAND_AND_ITERATE
+            } else {
+                &[]
+            },
+            energy: self.energy.as_ref(),
         };
-        writer.write_record(&columns).map_err(|_| FAILED)?;
-        for target in &self.goals {
-            let place = CsvPlace {
-                at: target.at.as_ref(),
-                position: target.position.as_deref().unwrap_or(&[]),
+        table.text(self.goals.iter(), |entry| entry)
+    }
+}
+
+/// A table of goals, and of net fluxes behind them.
+pub(super) struct CsvTable<'a> {
+    pub(super) columns: &'a [CsvColumn],
+    /// The names of the problem's own coordinates.
+    pub(super) coordinates: Vec<String>,
+    /// The columns behind those.
+    pub(super) more: &'a [CsvColumn],
+    pub(super) energy: Option<&'a EnergyReport>,
+}
+
+impl CsvTable<'_> {
+    /// The table as CSV, with all entries written so.
+    pub(super) fn text<'g>(
+        &self,
+        goals: impl Iterator<Item = &'g GoalReport>,
+        write: fn(Entry) -> Entry,
+    ) -> Result<String, Error> {
+        let mut builder = csv::WriterBuilder::new();
+        let mut writer = builder.has_headers(false).from_writer(Vec::new());
+        let of_fluxes = self.energy.map(flux_columns);
+        let names = |columns: &[CsvColumn]| columns.iter().map(|(name, _)| *name).collect();
+        let [own, more]: [Vec<&str>; 2] = [self.columns, self.more].map(names);
+        let coordinates = self.coordinates.iter().map(String::as_str);
+        let head = own.iter().copied().chain(coordinates).chain(more);
+        let head: Vec<&str> = head.chain(of_fluxes.into_iter().flatten()).collect();
+        writer.write_record(&head).map_err(|_| FAILED)?;
+        for goal in goals {
+            let entries = |columns: &[CsvColumn]| -> Vec<Entry> {
+                columns.iter().map(|(_, of)| write(of(goal))).collect()
             };
-            let places = places(place, coordinates.len());
-            let none = self.energy.as_ref().map(|_| [None::<f64>; 2]);
-            let none = none.iter().flatten().collect::<Vec<_>>();
-            let whole = self.whole.as_ref().map(|_| [target.band, target.iterate]);
-            let whole = whole.iter().flatten().collect::<Vec<_>>();
-            let row = (CsvRow::new(target), places, whole, none);
+            let mut row = entries(self.columns);
+            let places = places(goal, self.coordinates.len());
+            row.extend(places.into_iter().map(Entry::Text));
+            row.extend(entries(self.more));
+            row.resize(head.len(), Entry::EMPTY);
             writer.serialize(row).map_err(|_| FAILED)?;
         }
-        for (name, walks, flux) in self.energy.iter().flat_map(fluxes) {
-            let mut row = vec![String::new(); columns.len()];
-            row[0] = name;
-            row[WALKS] = walks;
-            let last = columns.len() - 2;
-            let numbers = [flux.estimate, flux.std_error];
-            for (to, number) in row[last..].iter_mut().zip(numbers) {
-                *to = number.map_or(String::new(), |x| x.to_string());
+        for (name, walks, flux) in self.energy.into_iter().flat_map(fluxes) {
+            let mut row = vec![Entry::EMPTY; head.len() - 2];
+            row[0] = Entry::Text(name);
+            if let Some(column) = own.iter().position(|name| *name == "walks") {
+                row[column] = walks.map_or(Entry::EMPTY, Entry::Count);
             }
-            writer.write_record(row).map_err(|_| FAILED)?;
+            row.extend([flux.estimate, flux.std_error].map(|x| Entry::Number(x).written_out()));
+            writer.serialize(row).map_err(|_| FAILED)?;
         }
-        finished(writer)
+        let bytes = writer.into_inner().map_err(|_| FAILED)?;
+        String::from_utf8(bytes).map_err(|_| FAILED)
     }
-}
-
-/// What writes rows of any columns.
-fn writer() -> csv::Writer<Vec<u8>> {
-    let mut builder = csv::WriterBuilder::new();
-    builder.has_headers(false).from_writer(Vec::new())
-}
-
-/// What was written.
-fn finished(writer: csv::Writer<Vec<u8>>) -> Result<String, Error> {
-    let bytes = writer.into_inner().map_err(|_| FAILED)?;
-    String::from_utf8(bytes).map_err(|_| FAILED)
-}
-
-/// Rows of entries as CSV.
-///
-/// # Errors
-/// [`Error::Internal`].
-pub(super) fn record(rows: &[Vec<String>]) -> Result<String, Error> {
-    let mut writer = writer();
-    for row in rows {
-        writer.write_record(row).map_err(|_| FAILED)?;
-    }
-    finished(writer)
-}
-
-/// A text as an entry of its own.
-pub(super) fn text(text: &str) -> String {
-    harmless(text).into_owned()
-}
-
-/// Where a target is.
-#[derive(Clone, Copy)]
-pub(super) struct CsvPlace<'a> {
-    pub(super) at: Option<&'a Coordinates>,
-    pub(super) position: &'a [f64],
 }
 
 /// The columns of the net fluxes of whole surfaces, which have rows of their own.
-pub(super) fn flux_columns(energy: &EnergyReport) -> [&'static str; 2] {
+fn flux_columns(energy: &EnergyReport) -> [&'static str; 2] {
     match energy.unit {
         "W/m" => ["net_flux_per_metre", "net_flux_per_metre_std_error"],
         _ => ["net_flux_in_all", "net_flux_in_all_std_error"],
     }
 }
-/// The number of the column of walks.
-const WALKS: usize = 7;
 
 /// The rows of net fluxes: name, walks and flux of every surface, and of all together.
-pub(super) fn fluxes(
-    energy: &EnergyReport,
-) -> impl Iterator<Item = (String, String, EstimateReport)> {
+fn fluxes(energy: &EnergyReport) -> impl Iterator<Item = (String, Option<u64>, EstimateReport)> {
     let surfaces = energy.surfaces.iter().filter_map(|surface| {
         let name = format!("net flux out of {}", surface.name);
-        Some((name, surface.walks.to_string(), surface.net_flux?))
+        Some((name, Some(surface.walks), surface.net_flux?))
     });
     let all = energy.energy_balance;
-    surfaces.chain(all.map(|all| ("net flux out of all".to_owned(), String::new(), all)))
+    surfaces.chain(all.map(|all| ("net flux out of all".to_owned(), None, all)))
 }
 
 /// The columns of a problem's coordinates, one each.
@@ -127,9 +223,9 @@ pub(super) fn of_columns(problem: &str, dimension: Option<usize>) -> Vec<String>
 }
 
 /// The coordinates of a target, or empty entries if it is no point.
-pub(super) fn places(place: CsvPlace<'_>, columns: usize) -> Vec<String> {
+fn places(goal: &GoalReport, columns: usize) -> Vec<String> {
     let numbers = |x: &[f64]| x.iter().map(f64::to_string).collect::<Vec<_>>();
-    let mut places = match place.at {
+    let mut places = match &goal.at {
         None => Vec::new(),
         // Of a room: a point in the air is on no surface.
         Some(Coordinates::Many(x)) => {
@@ -137,126 +233,25 @@ pub(super) fn places(place: CsvPlace<'_>, columns: usize) -> Vec<String> {
             places.extend(numbers(x));
             places
         }
-        Some(Coordinates::On { surface, t }) => vec![harmless(surface).into_owned(), t.to_string()],
+        Some(Coordinates::On { surface, t }) => vec![harmless(surface), t.to_string()],
     };
-    places.extend(numbers(place.position));
+    places.extend(numbers(goal.position.as_deref().unwrap_or_default()));
     places.resize(columns, String::new());
     places
 }
 
-/// The columns that all problems have, those of [`CsvRow`].
-const COLUMNS: [&str; 27] = [
-    "name",
-    "at",
-    "from",
-    "to",
-    "weight",
-    "exact",
-    "galerkin",
-    "walks",
-    "plain",
-    "plain_std_error",
-    "plain_std_dev",
-    "preconditioned",
-    "preconditioned_std_error",
-    "preconditioned_std_dev",
-    "irradiance",
-    "irradiance_std_error",
-    "net_flux",
-    "net_flux_std_error",
-    "rounding_floor",
-    "absorbed",
-    "step_limit",
-    "error",
-    "z",
-    "radiant_temperature",
-    "radiant_temperature_std_error",
-    "temperature",
-    "temperature_std_error",
-];
-
-/// A target in one line.
-#[derive(Serialize)]
-struct CsvRow<'a> {
-    name: Cow<'a, str>,
-    at: Option<String>,
-    from: Option<f64>,
-    to: Option<f64>,
-    weight: Option<Cow<'a, str>>,
-    exact: Option<f64>,
-    galerkin: f64,
-    walks: u64,
-    plain: Option<f64>,
-    plain_std_error: Option<f64>,
-    plain_std_dev: Option<f64>,
-    preconditioned: Option<f64>,
-    preconditioned_std_error: Option<f64>,
-    preconditioned_std_dev: Option<f64>,
-    irradiance: Option<f64>,
-    irradiance_std_error: Option<f64>,
-    net_flux: Option<f64>,
-    net_flux_std_error: Option<f64>,
-    rounding_floor: f64,
-    absorbed: u64,
-    step_limit: u64,
-    error: Option<f64>,
-    z: Option<f64>,
-    radiant_temperature: Option<f64>,
-    radiant_temperature_std_error: Option<f64>,
-    temperature: Option<f64>,
-    temperature_std_error: Option<f64>,
-}
-
-impl<'a> CsvRow<'a> {
-    fn new(target: &'a GoalReport) -> Self {
-        let interval = match target.over {
-            Some(Over::Interval(interval)) => Some(interval),
-            _ => None,
-        };
-        Self {
-            name: harmless(&target.name),
-            at: target.at.as_ref().map(Coordinates::entry),
-            from: interval.map(|over| over[0]),
-            to: interval.map(|over| over[1]),
-            weight: target.weight.as_deref().map(harmless),
-            exact: target.exact,
-            galerkin: target.galerkin,
-            walks: target.walks,
-            plain: target.plain.estimate,
-            plain_std_error: target.plain.std_error,
-            plain_std_dev: target.plain.std_dev,
-            preconditioned: target.preconditioned.estimate,
-            preconditioned_std_error: target.preconditioned.std_error,
-            preconditioned_std_dev: target.preconditioned.std_dev,
-            irradiance: target.irradiance.as_ref().and_then(|h| h.estimate),
-            irradiance_std_error: target.irradiance.as_ref().and_then(|h| h.std_error),
-            net_flux: target.net_flux.as_ref().and_then(|q| q.estimate),
-            net_flux_std_error: target.net_flux.as_ref().and_then(|q| q.std_error),
-            rounding_floor: target.rounding_floor,
-            absorbed: target.endings.absorbed,
-            step_limit: target.endings.step_limit,
-            error: target.error,
-            z: target.z,
-            radiant_temperature: target.radiant_temperature.and_then(|t| t.estimate),
-            radiant_temperature_std_error: target.radiant_temperature.and_then(|t| t.std_error),
-            temperature: target.temperature.and_then(|t| t.estimate),
-            temperature_std_error: target.temperature.and_then(|t| t.std_error),
-        }
-    }
-}
-
 /// A text that no spreadsheet takes for a formula: behind an apostrophe if it begins as one.
-fn harmless(text: &str) -> Cow<'_, str> {
+fn harmless(text: &str) -> String {
     if text.starts_with(['=', '+', '-', '@', '\t', '\r']) {
-        Cow::Owned(format!("'{text}"))
+        format!("'{text}")
     } else {
-        Cow::Borrowed(text)
+        text.to_owned()
     }
 }
 
 impl Coordinates {
     /// The point as one entry of a table.
-    pub(super) fn entry(&self) -> String {
+    fn entry(&self) -> String {
         match self {
             Self::Many(x) => {
                 let texts: Vec<String> = x.iter().map(f64::to_string).collect();

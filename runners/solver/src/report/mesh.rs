@@ -2,13 +2,13 @@
 
 use fredholm_model::MeshCell;
 
-use super::GlobalGoalReport;
+use super::GoalReport;
 use super::whole::estimate;
 use crate::{GlobalEstimate, GlobalValue, Goal, Region};
 
 impl GlobalEstimate<'_> {
     /// What is told of every cell, by the name of its surface and its number there.
-    pub(super) fn mesh_report(&self) -> Vec<GlobalGoalReport> {
+    pub(super) fn mesh_report(&self) -> Vec<GoalReport> {
         let model = self.model();
         let mut numbers: Vec<usize> = Vec::new();
         let mut told = |(cell, value): (&MeshCell, GlobalValue)| {
@@ -19,10 +19,12 @@ impl GlobalEstimate<'_> {
             numbers[cell.part] += 1;
             let name = model.part(cell.part).unwrap_or_default();
             let goal = Goal::new(format!("{name}[{number}]"), Region::Part(cell.part));
-            let heat = model.heat(&goal.region, estimate(&value), None);
-            let mut report = GlobalGoalReport::new(model, &goal, None, value);
-            report.add(&heat, model);
-            GlobalGoalReport {
+            let mut report = GoalReport::of_whole(self, &goal, None, &value);
+            if let Some(surfaces) = model.exchange() {
+                let heat = surfaces.heat_of(&goal.region, estimate(&value), None);
+                report.add(&heat, model, 1);
+            }
+            GoalReport {
                 position: Some(cell.middle().to_vec()),
                 corners: cell.corners.clone(),
                 ..report

@@ -2,14 +2,15 @@
 
 use core::fmt;
 
-use fredholm_core::{DEFAULT_GENERATOR, Estimate};
+use fredholm_core::Estimate;
 use fredholm_model::numbers::{aligned, short, with_error};
 use fredholm_model::resolvent::{ResolventAnswer, ResolventEstimate, ResolventFigures};
 use serde::Serialize;
 
-use super::{Coordinates, EndingsReport, EstimateReport, GoalReport, Over, Report, Run};
+use super::text::named;
+use super::{EstimateReport, GoalReport, Report, Run};
 use crate::answer::Answer;
-use crate::{Choices, Goal, Method, Model, Region, Settings};
+use crate::{Goal, Model, Settings};
 
 /// What resolvent walks knew and found.
 ///
@@ -74,7 +75,6 @@ impl Report {
         settings: &Settings,
         answer: &ResolventAnswer,
     ) -> Self {
-        let about = model.about();
         let own = goals.iter().zip(exact).zip(&answer.estimates);
         let reports = own.map(|((goal, &exact), estimate)| {
             GoalReport::of_resolvent(
@@ -86,34 +86,18 @@ impl Report {
             )
         });
         Self {
-            method: Method::Resolvent.word(),
-            problem: about.kind,
-            dimension: about.dimension,
             cells: answer.cells,
             unknowns: answer.figures.unknowns,
             degree: answer.degree,
-            chain: None,
-            scalar: settings.scalar.word(),
-            generator: DEFAULT_GENERATOR,
-            batch: 0,
-            seed: settings.seed,
-            part: None,
             stop: answer.stop,
             reason: answer.reason.clone(),
-            sweeps: 0,
-            residual: 0.0,
             shared: goals.len().max(1),
             states: answer.points + answer.steps,
-            other_walks: 0,
-            other_states: 0,
             setup_seconds: answer.setup_seconds,
             walk_seconds: answer.walk_seconds,
             goals: reports.collect(),
-            choice: None,
-            choice_text: String::new(),
-            energy: None,
             resolvent: Some(ResolventReport::new(answer)),
-            whole: None,
+            ..Self::empty(model, settings)
         }
     }
 
@@ -184,11 +168,9 @@ impl Report {
             rows.push(row);
         }
         format!(
-            "{}{}, {} cells{}, resolvent walks, {}, seed {}\n\n{}\
+            "{}, {} cells{}, resolvent walks, {}, seed {}\n\n{}\
              {found}; set-up {} s, walks {} s\n",
-            self.problem,
-            self.dimension
-                .map_or(String::new(), |d| format!(" of dimension {d}")),
+            named(self.problem, self.dimension),
             self.cells
                 .saturating_pow(self.dimension.unwrap_or(1) as u32),
             match self.degree {
@@ -212,13 +194,6 @@ impl GoalReport {
         found: &ResolventEstimate,
         floor: f64,
     ) -> Self {
-        let unit = model.unit();
-        let none = EstimateReport {
-            estimate: None,
-            std_error: None,
-            std_dev: None,
-            unit,
-        };
         // Walks may know u better than numbers do.
         let bar = found.std_error.max(floor);
         let estimate = Estimate {
@@ -226,43 +201,14 @@ impl GoalReport {
             std_error: Some(bar).filter(|error| error.is_finite()),
             std_dev: None,
         };
-        let error = exact.map(|exact| found.value - exact);
         Self {
-            name: goal.name.clone(),
-            channel: None,
-            at: Coordinates::new(model, &goal.region),
-            position: model.position(&goal.region),
-            over: Over::new(model, &goal.region),
-            weight: match goal.region {
-                Region::Weight(number) => model.weight(number).map(str::to_owned),
-                _ => None,
-            },
-            exact,
             galerkin: found.known,
             walks: found.points,
             // An interval of 95 % has Student's t of one degree of freedom less than that.
             replicates: Some((found.freedom + 1.0).min(1e6) as u32),
             rounding_floor: floor,
-            doubtful_share: None,
-            tail_index: None,
-            excess_kurtosis: None,
-            few_scores: None,
-            no_difference: false,
-            endings: EndingsReport {
-                absorbed: 0,
-                step_limit: 0,
-            },
-            plain: none,
-            preconditioned: EstimateReport::new(estimate, found.points, unit),
-            band: None,
-            iterate: None,
-            error,
-            z: error.filter(|_| bar > 0.0).map(|error| error / bar),
-            irradiance: None,
-            net_flux: None,
-            is_flux_given: false,
-            temperature: None,
-            radiant_temperature: None,
+            preconditioned: EstimateReport::new(estimate, found.points, model.unit()),
+            ..Self::of_value(model, goal, exact, (Some(found.value), Some(bar)))
         }
     }
 }

@@ -46,10 +46,8 @@ impl Report {
             .saturating_pow(self.dimension.unwrap_or(1) as u32);
         let chain = self.chain.as_ref();
         format!(
-            "{}{}, {} cell{}{}{}, {}, {}, seed {}",
-            self.problem,
-            self.dimension
-                .map_or(String::new(), |d| format!(" of dimension {d}")),
+            "{}, {} cell{}{}{}, {}, {}, seed {}",
+            named(self.problem, self.dimension),
             cells,
             if cells == 1 { "" } else { "s" },
             if self.degree == 0 {
@@ -72,7 +70,6 @@ impl Report {
         let errors = any(|t| t.error.is_some());
         let unit = self.goals.iter().find_map(|t| t.plain.unit);
         let own = |name: &str| with_unit(name, unit);
-        let arriving = self.goals.iter().find_map(|t| t.irradiance.as_ref()?.unit);
         let mut head = vec!["target".to_owned()];
         if places {
             head.push("at".to_owned());
@@ -82,20 +79,8 @@ impl Report {
         if errors {
             head.extend([own("error"), "z".to_owned()]);
         }
-        let heats = [
-            any(|t| t.irradiance.is_some()),
-            any(|t| t.net_flux.is_some()),
-            any(|t| t.temperature.is_some()),
-            any(|t| t.radiant_temperature.is_some()),
-        ];
-        let names = [
-            with_unit("irradiance", arriving),
-            own("net flux"),
-            "temperature, K".to_owned(),
-            "mean radiant temperature, K".to_owned(),
-        ];
-        let names = names.into_iter().zip(heats);
-        head.extend(names.filter_map(|(name, is_there)| is_there.then_some(name)));
+        let heats = heats(&self.goals);
+        head.extend(heads_of_heats(&self.goals, unit));
         let mut rows = vec![head];
         rows.extend(
             self.goals
@@ -222,23 +207,45 @@ impl GoalReport {
             );
             row.push(self.z.map_or("-".to_owned(), |z| format!("{z:.1}")));
         }
-        let heat = [
-            (&self.irradiance, false),
-            (&self.net_flux, self.is_flux_given),
-            (&self.temperature, false),
-            (&self.radiant_temperature, false),
-        ];
-        for ((report, is_given), is_there) in heat.into_iter().zip(heats) {
-            if is_there {
-                let text = report.as_ref().map(|report| match is_given {
-                    true => report.given(),
-                    false => report.text(self.rounding_floor),
-                });
-                row.push(text.unwrap_or_else(|| "-".to_owned()));
-            }
-        }
+        row.extend(self.texts_of_heat(heats, |report| report.text(self.rounding_floor)));
         row
     }
+
+    /// What there is of heat, as far as other rows have it.
+    pub(super) fn texts_of_heat(
+        &self,
+        heats: [bool; 4],
+        text: impl Fn(&EstimateReport) -> String,
+    ) -> impl Iterator<Item = String> {
+        let own = self.heat().into_iter().zip(heats);
+        let own = own.filter(|(_, is_there)| *is_there);
+        own.map(move |(report, _)| match report {
+            (Some(report), true) => report.given(),
+            (Some(report), false) => text(&report),
+            (None, _) => "-".to_owned(),
+        })
+    }
+}
+
+/// What any of these goals has of heat.
+pub(super) fn heats(goals: &[GoalReport]) -> [bool; 4] {
+    core::array::from_fn(|i| goals.iter().any(|goal| goal.heat()[i].0.is_some()))
+}
+
+/// The heads of what these goals have of heat.
+pub(super) fn heads_of_heats(
+    goals: &[GoalReport],
+    unit: Option<&str>,
+) -> impl Iterator<Item = String> {
+    let arriving = goals.iter().find_map(|goal| goal.irradiance?.unit);
+    let names = [
+        with_unit("irradiance", arriving),
+        with_unit("net flux", unit),
+        "temperature, K".to_owned(),
+        "mean radiant temperature, K".to_owned(),
+    ];
+    let names = names.into_iter().zip(heats(goals));
+    names.filter_map(|(name, is_there)| is_there.then_some(name))
 }
 
 impl EstimateReport {
@@ -316,6 +323,14 @@ impl core::fmt::Display for Report {
             writeln!(f, "warning: {remark}")?;
         }
         Ok(())
+    }
+}
+
+/// The name of a problem: "cube of dimension 2".
+pub(crate) fn named(problem: &str, dimension: Option<usize>) -> String {
+    match dimension {
+        Some(dimension) => format!("{problem} of dimension {dimension}"),
+        None => problem.to_owned(),
     }
 }
 

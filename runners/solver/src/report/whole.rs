@@ -2,16 +2,16 @@
 
 use fredholm_core::Estimate;
 use fredholm_model::numbers::{aligned, short, with_error};
-use fredholm_model::{Flux, GlobalQuantity, Heat};
-use serde::Serialize;
+use fredholm_model::{Flux, GlobalQuantity};
+use serde::{Serialize, Serializer};
 
-use super::csv::{CsvPlace, flux_columns, fluxes, of_columns, places, record, text};
-use super::text::with_unit;
+use super::csv::{COLUMNS_OF_GOALS, COLUMNS_OF_WHOLE, CsvTable, Entry, of_columns};
+use super::text::{heads_of_heats, heats, named, with_unit};
 use super::{Coordinates, EndingsReport, EnergyReport, EstimateReport, GoalReport, Over, Report};
 use crate::choice::Chosen;
 use crate::{
     Choices, Error, GlobalCoefficients, GlobalEstimate, GlobalSummary, GlobalValue, Goal, Method,
-    Model, Region, Settings,
+    Region, Settings,
 };
 
 /// The report of a global estimate: its summary, and its values at the regions that were asked for. The serialised names are
@@ -38,13 +38,14 @@ pub struct GlobalReport {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<&'static str>,
     /// The values.
-    pub targets: Vec<GlobalGoalReport>,
+    #[serde(serialize_with = "written")]
+    pub targets: Vec<GoalReport>,
     /// The net fluxes of a room with temperatures.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     pub energy: Option<EnergyReport>,
     /// The means over all cells of a scene: its global estimate has no values at points.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub mesh: Vec<GlobalGoalReport>,
+    #[serde(serialize_with = "written", skip_serializing_if = "Vec::is_empty")]
+    pub mesh: Vec<GoalReport>,
     /// Means over the cells that were asked for: in columns, and in no document.
     #[serde(skip)]
     pub means: Vec<GlobalValue>,
@@ -53,115 +54,62 @@ pub struct GlobalReport {
     pub coefficients: Option<GlobalCoefficients>,
 }
 
-/// The value of a global estimate at one region.
-#[derive(Clone, Debug, Serialize)]
-pub struct GlobalGoalReport {
-    /// The goal's name.
-    pub name: String,
-    /// The point, if the goal is u at a point.
+/// A goal as the document of a global estimate has it.
+#[derive(Serialize)]
+struct Written<'a> {
+    name: &'a str,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub at: Option<Coordinates>,
-    /// The place of the point in the drawing, of a room.
+    at: &'a Option<Coordinates>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub position: Option<Vec<f64>>,
-    /// The corners of a cell of a scene, in their order around it.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub corners: Vec<[f64; 3]>,
-    /// The region, if the goal is a mean over one.
+    position: &'a Option<Vec<f64>>,
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    corners: &'a [[f64; 3]],
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub over: Option<Over>,
-    /// The formula of the weight, if the goal is a weighted integral.
+    over: &'a Option<Over>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub weight: Option<String>,
-    /// The exact value, if it is known.
-    pub exact: Option<f64>,
-    /// Estimate, standard error, band, and the deterministic part.
-    #[serde(flatten)]
-    pub value: GlobalValue,
-    /// The estimate minus the exact value, if that is known.
+    weight: &'a Option<String>,
+    exact: Option<f64>,
+    estimate: Option<f64>,
+    std_error: Option<f64>,
+    band: Option<f64>,
+    iterate: Option<f64>,
+    quadrature_error: f64,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub error: Option<f64>,
-    /// The error in standard errors.
+    error: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub z: Option<f64>,
-    /// The irradiance, in rooms.
+    z: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub irradiance: Option<EstimateReport>,
-    /// The net flux out of the wall in W/m², of a surface in the mean, in rooms with temperatures.
+    irradiance: Option<EstimateReport>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub net_flux: Option<EstimateReport>,
-    /// Whether that is given, and no result.
-    #[serde(skip)]
-    pub is_flux_given: bool,
-    /// The temperature in kelvin of a wall from which the net flux is given; of a mean, that of the mean of T⁴.
+    net_flux: Option<EstimateReport>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub temperature: Option<EstimateReport>,
-    /// The mean radiant temperature in kelvin at a point in the air, in rooms with temperatures.
+    temperature: Option<EstimateReport>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub radiant_temperature: Option<EstimateReport>,
+    radiant_temperature: Option<EstimateReport>,
 }
 
-impl GlobalGoalReport {
-    pub(crate) fn new(
-        model: &dyn Model,
-        goal: &Goal,
-        exact: Option<f64>,
-        value: GlobalValue,
-    ) -> Self {
-        let error = exact.map(|exact| value.estimate - exact);
-        let bar = value.std_error.filter(|bar| *bar > 0.0);
-        Self {
-            name: goal.name.clone(),
-            at: Coordinates::new(model, &goal.region),
-            position: model.position(&goal.region),
-            corners: Vec::new(),
-            over: Over::new(model, &goal.region),
-            weight: match goal.region {
-                Region::Weight(number) => model.weight(number).map(str::to_owned),
-                _ => None,
-            },
-            exact,
-            value,
-            error,
-            z: error.zip(bar).map(|(error, bar)| error / bar),
-            irradiance: None,
-            net_flux: None,
-            is_flux_given: false,
-            temperature: None,
-            radiant_temperature: None,
-        }
-    }
-
-    /// Adds what follows from u and from the irradiance.
-    pub(super) fn add(&mut self, heat: &Heat, model: &dyn Model) {
-        // An estimate is there however few walks there were.
-        let estimate = |estimate, unit| EstimateReport::new(estimate, 1, unit);
-        self.irradiance = heat
-            .irradiance
-            .map(|h| estimate(h, model.irradiance_unit()));
-        self.net_flux = heat.net_flux.map(|q| estimate(q, model.unit()));
-        self.is_flux_given = heat.is_flux_given;
-        self.temperature = heat.temperature.map(|t| estimate(t, Some("K")));
-        self.radiant_temperature = heat.radiant_temperature.map(|t| estimate(t, Some("K")));
-    }
-
-    /// The point, in a room the place in the drawing.
-    fn place(&self) -> Option<String> {
-        match &self.position {
-            Some(position) => Some(Coordinates::Many(position.clone()).text()),
-            None => self.at.as_ref().map(Coordinates::text),
-        }
-    }
-
-    /// Estimates that only rooms have.
-    const fn of_rooms(&self) -> [&Option<EstimateReport>; 4] {
-        [
-            &self.irradiance,
-            &self.net_flux,
-            &self.temperature,
-            &self.radiant_temperature,
-        ]
-    }
+/// Writes goals as the document of a global estimate has them.
+fn written<S: Serializer>(goals: &[GoalReport], to: S) -> Result<S::Ok, S::Error> {
+    to.collect_seq(goals.iter().map(|goal| Written {
+        name: &goal.name,
+        at: &goal.at,
+        position: &goal.position,
+        corners: &goal.corners,
+        over: &goal.over,
+        weight: &goal.weight,
+        exact: goal.exact,
+        estimate: goal.preconditioned.estimate,
+        std_error: goal.preconditioned.std_error,
+        band: goal.band,
+        iterate: goal.iterate,
+        quadrature_error: goal.quadrature_error,
+        error: goal.error,
+        z: goal.z,
+        irradiance: goal.irradiance,
+        net_flux: goal.net_flux,
+        temperature: goal.temperature,
+        radiant_temperature: goal.radiant_temperature,
+    }))
 }
 
 /// The value as an estimate of so many walks.
@@ -172,30 +120,6 @@ pub(super) fn estimate(value: &GlobalValue) -> Estimate {
         std_dev: None,
     }
 }
-
-/// The columns that all problems have.
-const COLUMNS: [&str; 20] = [
-    "name",
-    "at",
-    "from",
-    "to",
-    "weight",
-    "exact",
-    "iterate",
-    "estimate",
-    "std_error",
-    "band",
-    "error",
-    "z",
-    "irradiance",
-    "irradiance_std_error",
-    "net_flux",
-    "net_flux_std_error",
-    "temperature",
-    "temperature_std_error",
-    "radiant_temperature",
-    "radiant_temperature_std_error",
-];
 
 impl GlobalReport {
     /// Adds the means of u between goals of these numbers: of each cell a corner, and its neighbours.
@@ -221,7 +145,7 @@ impl GlobalReport {
     }
 
     /// The targets, and then the cells of a mesh.
-    pub(super) fn rows(&self) -> impl Iterator<Item = &GlobalGoalReport> {
+    pub(super) fn rows(&self) -> impl Iterator<Item = &GoalReport> {
         self.targets.iter().chain(&self.mesh)
     }
 
@@ -230,55 +154,13 @@ impl GlobalReport {
     /// # Errors
     /// [`Error::Internal`].
     pub fn csv(&self) -> Result<String, Error> {
-        let coordinates = of_columns(self.summary.problem, self.summary.dimension);
-        let columns = COLUMNS.iter().map(|&name| name.to_owned());
-        let fluxes: Vec<_> = self.energy.iter().flat_map(fluxes).collect();
-        let more = self.energy.as_ref().map(flux_columns);
-        let more = more.as_ref().map_or(&[][..], |more| more.as_slice());
-        let mut head: Vec<String> = columns.chain(coordinates.iter().cloned()).collect();
-        let width = head.len();
-        head.extend(more.iter().map(|&name| name.to_owned()));
-        let mut rows = vec![head];
-        for target in self.rows() {
-            let number = |x: Option<f64>| x.map_or(String::new(), |x| x.to_string());
-            let over = match target.over {
-                Some(Over::Interval([from, to])) => [Some(from), Some(to)],
-                _ => [None; 2],
-            };
-            let mut row = vec![
-                text(&target.name),
-                target.at.as_ref().map_or(String::new(), Coordinates::entry),
-            ];
-            row.extend(over.map(number));
-            row.push(target.weight.as_deref().map_or(String::new(), text));
-            let value = &target.value;
-            row.extend([
-                number(target.exact),
-                value.iterate.to_string(),
-                value.estimate.to_string(),
-            ]);
-            let rest = [value.std_error, value.band, target.error, target.z];
-            row.extend(rest.map(number));
-            for report in target.of_rooms() {
-                let numbers = report.map_or([None; 2], |r| [r.estimate, r.std_error]);
-                row.extend(numbers.map(number));
-            }
-            let place = CsvPlace {
-                at: target.at.as_ref(),
-                position: target.position.as_deref().unwrap_or_default(),
-            };
-            row.extend(places(place, coordinates.len()));
-            row.resize(width + more.len(), String::new());
-            rows.push(row);
-        }
-        for (name, _, flux) in fluxes {
-            let mut row = vec![text(&name)];
-            row.resize(width, String::new());
-            let numbers = [flux.estimate, flux.std_error];
-            row.extend(numbers.map(|x| x.map_or(String::new(), |x| x.to_string())));
-            rows.push(row);
-        }
-        record(&rows)
+        let table = CsvTable {
+            columns: &[COLUMNS_OF_GOALS, COLUMNS_OF_WHOLE].concat(),
+            coordinates: of_columns(self.summary.problem, self.summary.dimension),
+            more: &[],
+            energy: self.energy.as_ref(),
+        };
+        table.text(self.rows(), Entry::written_out)
     }
 
     /// The report as a table for people.
@@ -287,8 +169,6 @@ impl GlobalReport {
         let has_errors = self.targets.iter().any(|target| target.error.is_some());
         let unit = self.unit;
         let own = |name: &str| with_unit(name, unit);
-        let irradiances = self.targets.iter().map(|t| t.irradiance.as_ref());
-        let arriving = irradiances.flatten().find_map(|h| h.unit);
         let mut head: Vec<String> = ["target", "at"].map(str::to_owned).to_vec();
         let iterate = match (&self.summary.resolvent, self.mesh.is_empty()) {
             (Some(_), _) => "without walks",
@@ -299,19 +179,11 @@ impl GlobalReport {
         if has_errors {
             head.extend([own("error"), "z".to_owned()]);
         }
-        let any = |i: usize| self.targets.iter().any(|t| t.of_rooms()[i].is_some());
-        let there: [bool; 4] = core::array::from_fn(any);
-        let names = [
-            with_unit("irradiance", arriving),
-            own("net flux"),
-            "temperature, K".to_owned(),
-            "mean radiant temperature, K".to_owned(),
-        ];
-        let names = names.into_iter().zip(there);
-        head.extend(names.filter_map(|(name, is_there)| is_there.then_some(name)));
+        let there = heats(&self.targets);
+        head.extend(heads_of_heats(&self.targets, unit));
         let mut rows = vec![head];
         let targets = self.targets.iter();
-        rows.extend(targets.map(|target| target.row(has_errors, there)));
+        rows.extend(targets.map(|target| target.row_of_whole(has_errors, there)));
         let summary = &self.summary;
         let mut about = vec![summary.to_string()];
         if let (Some(factor), Some(error)) = (summary.band_factor, summary.largest_std_error) {
@@ -347,10 +219,7 @@ impl GlobalReport {
         };
         format!(
             "{}, {how}, {}, seed {}\n\n{}{}\n{}\n",
-            match summary.dimension {
-                Some(d) => format!("{} of dimension {d}", summary.problem),
-                None => summary.problem.to_owned(),
-            },
+            named(summary.problem, summary.dimension),
             summary.scalar,
             summary.seed,
             aligned(&rows),
@@ -362,33 +231,55 @@ impl GlobalReport {
     }
 }
 
-impl GlobalGoalReport {
-    fn row(&self, has_errors: bool, there: [bool; 4]) -> Vec<String> {
-        let value = &self.value;
+impl GoalReport {
+    /// The report of a value of this function.
+    pub(super) fn of_whole(
+        function: &GlobalEstimate<'_>,
+        goal: &Goal,
+        exact: Option<f64>,
+        value: &GlobalValue,
+    ) -> Self {
+        let (model, summary) = (function.model(), function.summary());
+        let own = Self::of_value(model, goal, exact, (Some(value.estimate), value.std_error));
+        Self {
+            walks: summary.walks,
+            replicates: Some(summary.replicates as u32),
+            rounding_floor: summary.rounding_floor,
+            no_difference: value.std_error == Some(0.0),
+            endings: EndingsReport {
+                absorbed: summary.walks - summary.step_limit - summary.left,
+                step_limit: summary.step_limit,
+            },
+            preconditioned: EstimateReport {
+                estimate: Some(value.estimate),
+                std_error: value.std_error,
+                ..own.preconditioned
+            },
+            band: value.band,
+            iterate: Some(value.iterate),
+            quadrature_error: value.quadrature_error,
+            ..own
+        }
+    }
+
+    fn row_of_whole(&self, has_errors: bool, there: [bool; 4]) -> Vec<String> {
         let optional = |x: Option<f64>| x.map_or(String::new(), short);
+        let found = &self.preconditioned;
         let mut row = vec![
             self.name.clone(),
             self.place().unwrap_or_default(),
             self.exact
                 .map_or("-".to_owned(), |exact| format!("{exact:.7}")),
-            format!("{:.7}", value.iterate),
-            with_error(value.estimate, value.std_error),
-            optional(value.band),
+            format!("{:.7}", self.iterate.unwrap_or(f64::NAN)),
+            with_error(found.estimate.unwrap_or(f64::NAN), found.std_error),
+            optional(self.band),
         ];
         if has_errors {
             row.extend([optional(self.error), optional(self.z)]);
         }
-        for (i, report) in self.of_rooms().into_iter().enumerate() {
-            if there[i] {
-                row.push(match report {
-                    Some(report) if i == 1 && self.is_flux_given => report.given(),
-                    Some(report) => {
-                        with_error(report.estimate.unwrap_or(f64::NAN), report.std_error)
-                    }
-                    None => "-".to_owned(),
-                });
-            }
-        }
+        row.extend(self.texts_of_heat(there, |report| {
+            with_error(report.estimate.unwrap_or(f64::NAN), report.std_error)
+        }));
         row
     }
 }
@@ -416,7 +307,7 @@ impl GlobalEstimate<'_> {
         let all = goals.iter().zip(values);
         let targets = all.map(|(goal, value)| {
             let exact = model.exact(&goal.region)?;
-            Ok(GlobalGoalReport::new(model, goal, exact, value))
+            Ok(GoalReport::of_whole(self, goal, exact, &value))
         });
         let mut targets = targets.collect::<Result<Vec<_>, Error>>()?;
         self.add_heat(goals, &mut targets)?;
@@ -434,9 +325,12 @@ impl GlobalEstimate<'_> {
     }
 
     /// Adds irradiances, and what follows from them.
-    fn add_heat(&self, goals: &[Goal], targets: &mut [GlobalGoalReport]) -> Result<(), Error> {
+    fn add_heat(&self, goals: &[Goal], targets: &mut [GoalReport]) -> Result<(), Error> {
         let model = self.model();
-        let lit = |goal: &&Goal| model.has_own_irradiance(&goal.region);
+        let Some(surfaces) = model.exchange() else {
+            return Ok(());
+        };
+        let lit = |goal: &&Goal| surfaces.takes_walks(&goal.region, false);
         let regions: Vec<Region> = goals.iter().filter(lit).map(|g| g.region.clone()).collect();
         let irradiances = self.quantities(GlobalQuantity::Irradiance, &regions)?;
         let mut irradiances = irradiances.iter().map(estimate);
@@ -445,32 +339,40 @@ impl GlobalEstimate<'_> {
                 true => irradiances.next().filter(|h| !h.estimate.is_nan()),
                 false => None,
             };
-            let heat = model.heat(&goal.region, estimate(&target.value), own);
-            target.add(&heat, model);
+            let u = Estimate {
+                estimate: target.preconditioned.estimate.unwrap_or(f64::NAN),
+                std_error: target.preconditioned.std_error,
+                std_dev: None,
+            };
+            // An estimate is there however few walks there were.
+            target.add(&surfaces.heat_of(&goal.region, u, own), model, 1);
         }
         Ok(())
     }
 
     /// The net fluxes out of all parts, and their sum, if the model has them.
     fn energy(&self) -> Result<Option<EnergyReport>, Error> {
-        let parts = self.model().flux_parts();
+        let Some(surfaces) = self.model().exchange() else {
+            return Ok(None);
+        };
+        let parts = surfaces.flux_surfaces();
         if parts.is_empty() {
             return Ok(None);
         }
-        let mut regions: Vec<Region> = parts.iter().map(|(part, _)| Region::Part(*part)).collect();
-        regions.push(Region::Parts(parts.iter().map(|(part, _)| *part).collect()));
+        let mut regions: Vec<Region> = parts.iter().copied().map(Region::Part).collect();
+        regions.push(Region::Parts(parts.clone()));
         let values = self.quantities(GlobalQuantity::NetFlux, &regions)?;
         // The walks are those of all.
         let walks = self.summary().walks;
-        let fluxes = parts
-            .iter()
-            .zip(&values)
-            .map(|(&(part, is_given), value)| Flux {
+        let fluxes = parts.into_iter().zip(&values).map(|(part, value)| {
+            let is_given = surfaces.is_flux_given(part);
+            Flux {
                 name: self.model().part(part).unwrap_or_default().to_owned(),
                 walks: if is_given { 0 } else { walks },
                 net_flux: Some(estimate(value)).filter(|flux| !flux.estimate.is_nan()),
                 is_given,
-            });
+            }
+        });
         let all = values.last().map(estimate);
         let all = all.filter(|all| !all.estimate.is_nan());
         let unit = self.model().flux_unit();
@@ -485,7 +387,7 @@ impl GlobalEstimate<'_> {
 }
 
 /// The summary of a global estimate, in the report of all goals.
-pub(super) fn summary<S: serde::Serializer>(
+pub(super) fn summary<S: Serializer>(
     whole: &Option<Box<GlobalReport>>,
     to: S,
 ) -> Result<S::Ok, S::Error> {
@@ -502,91 +404,29 @@ impl Report {
     ) -> Result<Self, Error> {
         whole.add_means(function, goals, means)?;
         let summary = &whole.summary;
-        let goals = whole.targets.iter();
         Ok(Self {
             method: summary
                 .resolvent
                 .map_or("global", |_| Method::Resolvent.word()),
-            problem: summary.problem,
-            dimension: summary.dimension,
             cells: summary.cells,
             unknowns: summary.unknowns,
             degree: summary.degree,
             chain: summary.chain,
-            scalar: summary.scalar,
-            generator: summary.generator,
-            shared: 1,
             batch: settings.walk_options().batch,
-            seed: summary.seed,
-            part: None,
             stop: summary.stop,
-            reason: None,
-            sweeps: 0,
             residual: f64::NAN,
             states: summary.states,
-            other_walks: 0,
-            other_states: 0,
             setup_seconds: summary.setup_seconds,
             walk_seconds: summary.walk_seconds + summary.band_seconds + whole.value_seconds,
-            goals: goals.map(|goal| goal.as_separate(&whole)).collect(),
+            goals: whole.targets.clone(),
             choice: chosen.map(|chosen| chosen.report.clone()),
             choice_text: chosen.map_or(String::new(), |chosen| {
                 chosen.report.text(&chosen.settings, &chosen.cells.text)
             }),
             energy: whole.energy.clone(),
-            resolvent: whole.summary.resolvent,
+            resolvent: summary.resolvent,
             whole: Some(Box::new(whole)),
+            ..Self::empty(function.model(), settings)
         })
-    }
-}
-
-impl GlobalGoalReport {
-    /// The report of the goal in the form of one by separate walks.
-    fn as_separate(&self, of: &GlobalReport) -> GoalReport {
-        let summary = &of.summary;
-        let none = EstimateReport {
-            estimate: None,
-            std_error: None,
-            std_dev: None,
-            unit: of.unit,
-        };
-        GoalReport {
-            name: self.name.clone(),
-            // A global estimate has one.
-            channel: None,
-            at: self.at.clone(),
-            position: self.position.clone(),
-            over: self.over.clone(),
-            weight: self.weight.clone(),
-            exact: self.exact,
-            galerkin: f64::NAN,
-            walks: summary.walks,
-            replicates: Some(summary.replicates as u32),
-            rounding_floor: summary.rounding_floor,
-            doubtful_share: None,
-            tail_index: None,
-            excess_kurtosis: None,
-            few_scores: None,
-            no_difference: self.value.std_error == Some(0.0),
-            endings: EndingsReport {
-                absorbed: summary.walks - summary.step_limit - summary.left,
-                step_limit: summary.step_limit,
-            },
-            plain: none,
-            preconditioned: EstimateReport {
-                estimate: Some(self.value.estimate),
-                std_error: self.value.std_error,
-                ..none
-            },
-            band: self.value.band,
-            iterate: Some(self.value.iterate),
-            error: self.error,
-            z: self.z,
-            irradiance: self.irradiance,
-            net_flux: self.net_flux,
-            is_flux_given: self.is_flux_given,
-            temperature: self.temperature,
-            radiant_temperature: self.radiant_temperature,
-        }
     }
 }

@@ -62,12 +62,8 @@ impl Solver<'_> {
     pub(crate) fn of_model<'a>(&'a self, model: &'a dyn Model) -> Solver<'a> {
         Solver {
             model,
-            settings: self.settings.clone(),
-            asked: self.asked.clone(),
-            watch: self.watch,
-            execute: self.execute,
             systems: Systems(None),
-            means: self.means.clone(),
+            ..self.clone()
         }
     }
 

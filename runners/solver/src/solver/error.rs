@@ -1,7 +1,5 @@
 //! How a solution may fail.
 
-use core::fmt::{self, Display};
-
 use crate::Error;
 use crate::report::Report;
 
@@ -17,14 +15,17 @@ use crate::report::Report;
 /// };
 /// assert_eq!(report.goals[0].walks, 5000);
 /// ```
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SolveError {
     /// The equation or what is asked of it cannot be solved.
-    Failed(Error),
+    #[error("{0}")]
+    Failed(#[source] Error),
     /// The observer cancelled; the results so far, if walks had begun.
+    #[error("{}", cancelled(.0.is_some()))]
     Cancelled(Option<Box<Report>>),
     /// The walks ended before the error was reached that was asked for; the results so far.
+    #[error("the requested error was not reached{}", why(.0))]
     NotReached(Box<Report>),
 }
 
@@ -40,28 +41,17 @@ impl SolveError {
     }
 }
 
-impl Display for SolveError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Failed(error) => error.fmt(f),
-            Self::Cancelled(None) => f.write_str("cancelled before the walks"),
-            Self::Cancelled(Some(_)) => f.write_str("cancelled; there are partial results"),
-            Self::NotReached(report) => match &report.reason {
-                Some(why) => write!(f, "the requested error was not reached: {why}"),
-                None => f.write_str(
-                    "the requested error was not reached within the walks and the time that were given",
-                ),
-            },
-        }
+const fn cancelled(has_results: bool) -> &'static str {
+    match has_results {
+        false => "cancelled before the walks",
+        true => "cancelled; there are partial results",
     }
 }
 
-impl core::error::Error for SolveError {
-    fn source(&self) -> Option<&(dyn core::error::Error + 'static)> {
-        match self {
-            Self::Failed(error) => Some(error),
-            _ => None,
-        }
+fn why(report: &Report) -> String {
+    match &report.reason {
+        Some(why) => format!(": {why}"),
+        None => " within the walks and the time that were given".to_owned(),
     }
 }
 

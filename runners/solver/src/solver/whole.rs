@@ -67,22 +67,24 @@ impl<'m> Solver<'m> {
             if let Some(estimate) = self.whole_by_resolvent()? {
                 return Ok(estimate);
             }
-            let whole = Whole {
-                model: self.model,
-                settings: &self.settings,
-                watch: self.watch,
-                systems: self.systems,
-            };
+            let whole = self.global();
             let ready = whole.ready()?;
-            let until = Until {
-                looks: Looks::of_points(self.model),
-                walks: self.settings.walk_options().walks,
-                price: f64::INFINITY,
-            };
+            let walks = self.settings.walk_options().walks;
+            let until = Until::end(Looks::of_points(self.model), walks);
             let walked = whole.walk(&ready, &until)?;
             whole.finished(ready, walked)
         };
         self.explained(run())
+    }
+
+    /// The walks of a global estimate.
+    const fn global(&self) -> Whole<'_, 'm> {
+        Whole {
+            model: self.model,
+            settings: &self.settings,
+            watch: self.watch,
+            systems: self.systems,
+        }
     }
 
     /// Refuses points that are asked for, where the global estimate has none.
@@ -130,7 +132,7 @@ impl<'m> Solver<'m> {
         let run = || -> Result<Vec<GlobalValue>, SolveError> {
             self.check()?;
             let points = points.iter().cloned().map(Into::into);
-            let points = points.map(|Point(at)| self.model.point(&at));
+            let points = points.map(|Point(at)| Region::Point(at));
             let goals = points.map(|region| Goal::new("u", region));
             let goals: Vec<Goal> = goals.collect();
             self.model.check_goals(&goals)?;
@@ -138,13 +140,7 @@ impl<'m> Solver<'m> {
                 return Ok(Vec::new());
             }
             let regions: Vec<Region> = goals.into_iter().map(|goal| goal.region).collect();
-            let whole = Whole {
-                model: self.model,
-                settings: &self.settings,
-                watch: self.watch,
-                systems: self.systems,
-            };
-            Ok(whole.values_at(&regions)?)
+            Ok(self.global().values_at(&regions)?)
         };
         self.explained(run())
     }

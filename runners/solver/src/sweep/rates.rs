@@ -4,6 +4,7 @@ use fredholm_core::Estimate;
 use serde::Serialize;
 
 use super::{Deterministic, Level, Sweep};
+use crate::report::named;
 use crate::{Choices, Pairs};
 use fredholm_model::numbers::{aligned, short, slope};
 
@@ -289,9 +290,7 @@ impl Rates {
     /// The name of the problem: "cube of dimension 2".
     #[must_use]
     pub fn named(&self) -> String {
-        let dimension = self.dimension;
-        let dimension = dimension.map_or(String::new(), |d| format!(" of dimension {d}"));
-        format!("{}{dimension}", self.problem)
+        named(self.problem, self.dimension)
     }
 
     /// The mean for people: "the mean of u, 5 (exact)".

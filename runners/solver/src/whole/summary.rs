@@ -96,7 +96,6 @@ impl GlobalSummary {
         found: &FoundField<'_>,
         answer: &ResolventAnswer,
     ) -> Self {
-        let about = model.about();
         let images = found.images.chunks_exact(IMAGE_HEAD + found.field.rows());
         let heads = images.filter_map(|image| image.first_chunk::<IMAGE_HEAD>());
         let [mut largest, mut moved] = [0.0_f64; 2];
@@ -104,33 +103,55 @@ impl GlobalSummary {
             (largest, moved) = (largest.max(known.abs()), moved.max(*own));
         }
         Self {
-            problem: about.kind,
-            dimension: about.dimension,
             resolvent: Some(ResolventReport::new(answer)),
-            is_of_targets: false,
             cells: answer.cells,
             unknowns: answer.figures.unknowns,
             degree: answer.degree,
-            chain: None,
             score_degree: found.score_degree,
-            scalar: settings.scalar.word(),
-            generator: DEFAULT_GENERATOR,
-            seed: settings.seed,
             stop: answer.stop,
-            replicates: GLOBAL_REPLICATES,
             walks: answer.points,
             states: answer.points + answer.steps,
-            left: 0,
-            step_limit: 0,
             largest_std_error: Some(0.0),
-            band_factor: None,
-            band_level: GlobalEstimate::BAND_LEVEL,
-            truncation: 0.0,
             quadrature_error: Some(moved),
             rounding_floor: answer.figures.floor(largest),
             setup_seconds: answer.setup_seconds,
             walk_seconds: answer.walk_seconds,
             band_seconds: found.seconds,
+            ..Self::empty(model, settings)
+        }
+    }
+
+    /// The summary of a function of an equation before any walk.
+    pub(super) fn empty(model: &dyn Model, settings: &Settings) -> Self {
+        let about = model.about();
+        Self {
+            problem: about.kind,
+            dimension: about.dimension,
+            resolvent: None,
+            is_of_targets: false,
+            cells: 0,
+            unknowns: 0,
+            degree: 0,
+            chain: None,
+            score_degree: 0,
+            scalar: settings.scalar.word(),
+            generator: DEFAULT_GENERATOR,
+            seed: settings.seed,
+            stop: StopReason::Done,
+            replicates: GLOBAL_REPLICATES,
+            walks: 0,
+            states: 0,
+            left: 0,
+            step_limit: 0,
+            largest_std_error: None,
+            band_factor: None,
+            band_level: GlobalEstimate::BAND_LEVEL,
+            truncation: 0.0,
+            quadrature_error: None,
+            rounding_floor: 0.0,
+            setup_seconds: 0.0,
+            walk_seconds: 0.0,
+            band_seconds: 0.0,
         }
     }
 

@@ -3,10 +3,10 @@
 use std::time::Instant;
 
 use fredholm_core::global::{GlobalJob, ReplicateCounts, Replicated, band_factor, over_replicates};
-use fredholm_core::{Absorption, DEFAULT_GENERATOR, Estimator, Real, Tolerance, rounding_floor};
+use fredholm_core::{Absorption, Estimator, Real, Tolerance, rounding_floor};
 use fredholm_model::memory::refuse_beyond_memory;
 use fredholm_model::{
-    GlobalField, GlobalQuantity, GlobalRequest, GlobalSystem, IMAGE_HEAD, WholeValues,
+    GlobalField, GlobalQuantity, GlobalRequest, GlobalSystem, IMAGE_HEAD, WholeValues, in_scalar,
 };
 use fredholm_rayon::Replicates;
 
@@ -19,8 +19,7 @@ use crate::answer::SolveObserver;
 use crate::report::ChainReport;
 use crate::systems::Systems;
 use crate::{
-    Choices, Error, Model, Partitioned, Region, Scalar, Sequence, Settings, SolveError, Subject,
-    WalkOptions,
+    Error, Model, Partitioned, Region, Sequence, Settings, SolveError, Subject, WalkOptions,
 };
 use fredholm_core::StopReason;
 
@@ -72,6 +71,17 @@ pub(crate) struct Until {
     pub(crate) price: f64,
 }
 
+impl Until {
+    /// Walks that end after this number, whatever another method takes.
+    pub(crate) const fn end(looks: Looks, walks: u64) -> Self {
+        Self {
+            looks,
+            walks,
+            price: f64::INFINITY,
+        }
+    }
+}
+
 /// The walks so far.
 pub(crate) struct Walked {
     replicates: Replicates,
@@ -96,7 +106,21 @@ pub(crate) fn best_absorption(radius: f64) -> f64 {
     format!("{best:.1e}").parse().unwrap_or(best)
 }
 
-impl<'m> Whole<'_, 'm> {
+impl<'a, 'm> Whole<'a, 'm> {
+    /// Walks of an equation whose systems nobody keeps.
+    pub(crate) fn new(
+        model: &'m dyn Model,
+        settings: &'a Settings,
+        watch: &'a dyn SolveObserver,
+    ) -> Self {
+        Self {
+            model,
+            settings,
+            watch,
+            systems: Systems(None),
+        }
+    }
+
     /// Sets up.
     pub(crate) fn ready(&self) -> Result<Ready<'m>, Error> {
         let start = Instant::now();
@@ -130,7 +154,8 @@ impl<'m> Whole<'_, 'm> {
         if !walk.allow_infinite_variance {
             cells.check_variance(&walk)?;
         }
-        let system = self.systems.lifted(&*cells, self.settings)?.whole()?;
+        let solved = self.systems.solved(&*cells, self.settings)?;
+        let system = solved.system.whole()?;
         let degree = self.score_degree(&*system)?;
         let degrees = system.degrees(degree);
         // Sums, coefficients, and what makes T_K of them.
@@ -207,11 +232,7 @@ impl<'m> Whole<'_, 'm> {
             time_limit: None,
             ..*walk
         };
-        let until = Until {
-            looks,
-            walks: walk.walks,
-            price: f64::INFINITY,
-        };
+        let until = Until::end(looks, walk.walks);
         Ok((self.walk_as(ready, (&walk, true), &until)?, until.looks))
     }
 
@@ -253,11 +274,7 @@ impl<'m> Whole<'_, 'm> {
             tolerance: None,
             ..ready.walk
         };
-        let until = Until {
-            looks: Looks::of_points(self.model),
-            walks: walk.walks,
-            price: f64::INFINITY,
-        };
+        let until = Until::end(Looks::of_points(self.model), walk.walks);
         let request = GlobalRequest {
             walk: &walk,
             degree: ready.degree,
@@ -371,47 +388,31 @@ impl<'m> Whole<'_, 'm> {
         let after = Instant::now();
         let counts = walked.counts();
         let field = ready.field(walked.coefficients)?;
-        let (about, walk) = (self.model.about(), &ready.walk);
+        let [largest, radius_bound] = ready.system.sizes();
+        let rounding_floor = in_scalar!(self.settings.scalar, F => rounding_floor::<F>(largest, largest, radius_bound));
         let mut whole = GlobalEstimate {
             model: self.model,
             field,
             summary: GlobalSummary {
-                problem: about.kind,
-                dimension: about.dimension,
-                resolvent: None,
-                is_of_targets: false,
                 cells: ready.cells,
                 unknowns: ready.unknowns,
                 degree: self.settings.discretisation().degree,
                 chain: Some(ChainReport {
                     last_step: false,
-                    ..ChainReport::new(walk, self.settings.lifted())
+                    ..ChainReport::new(&ready.walk, self.settings.lifted())
                 }),
                 score_degree: ready.degree,
-                scalar: self.settings.scalar.word(),
-                generator: DEFAULT_GENERATOR,
-                seed: walk.seed,
                 stop: walked.stop.unwrap_or(StopReason::ToleranceNotReached),
-                replicates: REPLICATES,
                 walks: counts.walks,
                 states: counts.states,
                 left: counts.left,
                 step_limit: counts.step_limit,
                 largest_std_error: (counts.scored > 0).then_some(0.0),
-                band_factor: None,
-                band_level: BAND_LEVEL,
-                truncation: 0.0,
-                quadrature_error: None,
-                rounding_floor: 0.0,
+                rounding_floor,
                 setup_seconds: ready.seconds,
                 walk_seconds: walked.seconds,
-                band_seconds: 0.0,
+                ..GlobalSummary::empty(self.model, self.settings)
             },
-        };
-        let [largest, radius_bound] = ready.system.sizes();
-        whole.summary.rounding_floor = match self.settings.scalar {
-            Scalar::F32 => rounding_floor::<f32>(largest, largest, radius_bound),
-            Scalar::F64 => rounding_floor::<f64>(largest, largest, radius_bound),
         };
         self.finish(&mut whole)?;
         whole.summary.band_seconds = after.elapsed().as_secs_f64();

@@ -16,7 +16,7 @@ use crate::{Error, Model, Pairs, Settings};
 
 /// Walks of a pilot, a quarter of the least run: scores have rare corrections, in one of some hundred to thousand states, which may make
 /// most of their variance.
-pub(super) const WALKS: u64 = 16_384;
+pub(in super::super) const LIFTED_PILOT: u64 = 16_384;
 /// The part of the time of the next pilot that a lift may take before it.
 const BEFORE: f64 = 0.5;
 
@@ -87,7 +87,7 @@ impl<'m> Search<'m> {
         let price = self.least_price(&best);
         let all = self.lift_candidates().into_iter().filter_map(|setting| {
             let cost = self.partition(&setting).ok()?.lift_cost(degree)?;
-            let pilot = PILOT_SECONDS + cost.setup + self.lift_seconds(&cost, WALKS);
+            let pilot = PILOT_SECONDS + cost.setup + self.lift_seconds(&cost, LIFTED_PILOT);
             let least = MIN_BATCHES * self.settings.batch();
             let all = cost.setup + self.lift_seconds(&cost, least);
             (pilot < BEFORE * seconds && PAYS * all < price).then_some((setting, cost, pilot))
@@ -147,7 +147,7 @@ impl<'m> Search<'m> {
             sequence: None,
             ..setting.applied(self.settings)
         };
-        let mut pilot = self.observed((setting, Some(&solved)), settings, WALKS)?;
+        let mut pilot = self.observed((setting, Some(&solved)), settings, LIFTED_PILOT)?;
         pilot.correct(&self.known);
         self.pilots += 1;
         self.walks += pilot.walks;

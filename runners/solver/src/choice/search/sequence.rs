@@ -10,7 +10,7 @@ use fredholm_model::cost::{PointwisePairs, WalkCost};
 use super::super::family::{Prediction, batches_of_whole_stages};
 use super::super::pilot::{MISSED, SURE};
 use super::super::setting::Setting;
-use super::lift::{self, Lifted};
+use super::lift::{LIFTED_PILOT, Lifted};
 use super::{PAYS, PILOT_SECONDS, Search};
 use crate::{Error, Model, Sequence, Settings};
 
@@ -39,7 +39,7 @@ const FORCED_STEPS: [u32; 3] = [4, 2, 8];
 /// The least share of walks that must score: of rare scores, a sequence is of no use.
 const SCORED: f64 = 0.25;
 /// Seconds of a walk over those of a pseudo-random one with as many states, which may be compiled for its equation.
-const WALK: f64 = 1.3;
+pub(in super::super) const OF_SEQUENCE: f64 = 1.3;
 
 /// Walks that draw from a sequence, and what they are predicted to take.
 #[derive(Clone, Debug)]
@@ -82,7 +82,7 @@ impl Trial<'_> {
         match (self.length, &self.lifted) {
             (0, None) => FIRST,
             // The second trial has as many walks as the pilot of the lift.
-            (0, Some(_)) => lift::WALKS / MIN_BATCHES / LONGER,
+            (0, Some(_)) => LIFTED_PILOT / MIN_BATCHES / LONGER,
             (length, _) => LONGER * length,
         }
     }
@@ -365,7 +365,7 @@ impl<'m> Search<'m> {
         };
         let one = walk.seconds(Estimator::Absorption, trial.states, pairs);
         let score = one - walk.start - (trial.states - 1.0) * walk.step;
-        WALK * (one + (scores - 1.0) * score)
+        OF_SEQUENCE * (one + (scores - 1.0) * score)
     }
 
     /// The next trial of a setting.

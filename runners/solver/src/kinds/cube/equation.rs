@@ -9,7 +9,7 @@ use fredholm_core::{Chain, Density, Equation, Located, Real, Space, Uniforms};
 use fredholm_cube::{Cube, CubeRule, KernelFactors, ProductTables, polynomials};
 
 use super::values::{Kernel, Source, Values};
-use crate::custom::{Closed, Degree, IN_S, Kinds, Nodes, Of, Smooth, Use, grid_levels};
+use crate::custom::{Closed, Degree, IN_S, Kinds, Nodes, Of, OnCells, Smooth, Use, grid_levels};
 use crate::{CustomModel, Error, Subject};
 
 /// The equation on [0, 1]^D of functions that are chosen at run time.
@@ -185,48 +185,24 @@ where
         of_axis.powi(2)
     }
 
-    fn entries(&self, cube: &CubeEquation<F, D>, points: usize) -> Option<Result<Vec<f64>, Error>> {
-        let entries = || {
-            let nothing = |_: &[f64; D], _: &[f64; D]| 0.0;
-            let mesh =
-                Cube::<f64, D, _, _>::new(nothing, |_: &[f64; D]| 0.0, cube.cube.per_axis())?;
-            let rule = CubeRule::new(&mesh, Self::DEGREE, points)?;
-            let tables = rule.product_tables(&Wide(cube.cube.integral_kernel()))?;
-            Ok(tables.entries().to_vec())
-        };
-        Some(entries())
+    fn entries(&self, cube: &CubeEquation<F, D>, points: usize) -> Result<Vec<f64>, Error> {
+        let nothing = |_: &[f64; D], _: &[f64; D]| 0.0;
+        let mesh = Cube::<f64, D, _, _>::new(nothing, |_: &[f64; D]| 0.0, cube.cube.per_axis())?;
+        let rule = CubeRule::new(&mesh, Self::DEGREE, points)?;
+        let tables = rule.product_tables(&Wide(cube.cube.integral_kernel()))?;
+        Ok(tables.entries().to_vec())
     }
 
     fn matrix<'e>(
         &self,
         cube: &'e CubeEquation<F, D>,
         entries: &'e [f64],
-    ) -> Option<Result<Closed<'e>, Error>> {
-        let tables = Self::tables(cube.cube.per_axis(), entries);
-        Some(tables.map(|tables| Box::new(tables) as Closed<'e>))
+    ) -> Result<Closed<'e>, Error> {
+        Ok(Box::new(Self::tables(cube.cube.per_axis(), entries)?))
     }
 
-    fn fill(
-        &self,
-        cube: &CubeEquation<F, D>,
-        nodes: &Nodes<[F; D]>,
-        cell: usize,
-        rows: &mut [f64],
-    ) {
-        Smooth::<B>.fill(cube, nodes, cell, rows);
-    }
-
-    fn means(
-        &self,
-        cube: &CubeEquation<F, D>,
-        nodes: &Nodes<[F; D]>,
-        function: &dyn Fn(&[F; D]) -> f64,
-    ) -> Vec<f64> {
-        Smooth::<B>.means(cube, nodes, function)
-    }
-
-    fn series(&self, cube: &CubeEquation<F, D>, coefficients: &[f64], x: &Located<[F; D]>) -> f64 {
-        Smooth::<B>.series(cube, coefficients, x)
+    fn on_cells(&self) -> &dyn OnCells<CubeEquation<F, D>> {
+        &Smooth::<B>
     }
 
     fn with_neighbour(

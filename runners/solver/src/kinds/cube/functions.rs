@@ -72,52 +72,16 @@ pub trait CubeValues<F: Real>: Send + Sync {
     }
 }
 
-/// A kernel, or the factors of one, with a source, as closures in double precision on [0, 1]^D.
+/// A kernel and a source as closures in double precision on [0, 1]^D.
 pub(super) struct Closures<K, S, const D: usize> {
     pub(super) kernel: K,
     pub(super) source: S,
+    /// The factors of a kernel that is a product, by the axis: then nobody asks the kernel.
+    pub(super) factor: Option<Box<Factor>>,
 }
 
-/// A kernel as one closure of two points.
-pub(super) struct Whole<K>(pub(super) K);
-
-/// A kernel as one closure of its factors.
-pub(super) struct Factors<K>(pub(super) K);
-
-/// A kernel of closures.
-pub(super) trait AnyKernel<const D: usize>: Send + Sync {
-    const IS_PRODUCT: bool;
-
-    fn kernel(&self, x: &[f64; D], y: &[f64; D]) -> f64;
-
-    fn factor(&self, axis: usize, x: f64, y: f64) -> f64;
-}
-
-impl<K: Fn(&[f64; D], &[f64; D]) -> f64 + Send + Sync, const D: usize> AnyKernel<D> for Whole<K> {
-    const IS_PRODUCT: bool = false;
-
-    fn kernel(&self, x: &[f64; D], y: &[f64; D]) -> f64 {
-        (self.0)(x, y)
-    }
-
-    fn factor(&self, _: usize, _: f64, _: f64) -> f64 {
-        f64::NAN
-    }
-}
-
-impl<K: Fn(usize, f64, f64) -> f64 + Send + Sync, const D: usize> AnyKernel<D> for Factors<K> {
-    const IS_PRODUCT: bool = true;
-
-    fn kernel(&self, x: &[f64; D], y: &[f64; D]) -> f64 {
-        (0..D)
-            .map(|axis| (self.0)(axis, x[axis], y[axis]))
-            .product()
-    }
-
-    fn factor(&self, axis: usize, x: f64, y: f64) -> f64 {
-        (self.0)(axis, x, y)
-    }
-}
+/// The factor of a kernel on an axis.
+pub(super) type Factor = dyn Fn(usize, f64, f64) -> f64 + Send + Sync;
 
 /// A point in double precision; NaN where it has too few coordinates.
 #[inline]
@@ -127,7 +91,7 @@ fn exact<F: Real, const D: usize>(x: &[F]) -> [f64; D] {
 
 impl<K, S, const D: usize> CubeFunctions for Closures<K, S, D>
 where
-    K: AnyKernel<D> + 'static,
+    K: Fn(&[f64; D], &[f64; D]) -> f64 + Send + Sync + 'static,
     S: Fn(&[f64; D]) -> f64 + Send + Sync + 'static,
 {
     fn dimension(&self) -> usize {
@@ -135,7 +99,7 @@ where
     }
 
     fn is_product(&self) -> bool {
-        K::IS_PRODUCT
+        self.factor.is_some()
     }
 
     fn seconds(&self) -> [f64; 2] {
@@ -154,15 +118,16 @@ where
 impl<F, K, S, const D: usize> CubeValues<F> for Closures<K, S, D>
 where
     F: Real,
-    K: AnyKernel<D>,
+    K: Fn(&[f64; D], &[f64; D]) -> f64 + Send + Sync,
     S: Fn(&[f64; D]) -> f64 + Send + Sync,
 {
     fn kernel(&self, x: &[F], y: &[F]) -> F {
-        F::from_f64(self.kernel.kernel(&exact(x), &exact(y)))
+        F::from_f64((self.kernel)(&exact(x), &exact(y)))
     }
 
     fn factor(&self, axis: usize, x: F, y: F) -> F {
-        F::from_f64(self.kernel.factor(axis, x.to_f64(), y.to_f64()))
+        let factor = self.factor.as_ref();
+        F::from_f64(factor.map_or(f64::NAN, |of| of(axis, x.to_f64(), y.to_f64())))
     }
 
     fn source(&self, x: &[F]) -> F {

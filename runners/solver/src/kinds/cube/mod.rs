@@ -17,7 +17,7 @@ use crate::{CustomModel, Discretisation, Error, Goal, Model, Pairs, Partitioned,
 pub use functions::{CubeFunctions, CubeValues};
 
 use equation::{CubeEquation, base, with, with_degrees};
-use functions::{Closures, Factors, Whole};
+use functions::{Closures, Factor};
 use values::{InDomain, Values};
 
 /// The largest dimension.
@@ -88,14 +88,25 @@ impl CubeModel {
         kernel: impl Fn(&[f64; D], &[f64; D]) -> f64 + Send + Sync + 'static,
         source: impl Fn(&[f64; D]) -> f64 + Send + Sync + 'static,
     ) -> Self {
+        Self::of_closures(kernel, source, None)
+    }
+
+    fn of_closures<const D: usize>(
+        kernel: impl Fn(&[f64; D], &[f64; D]) -> f64 + Send + Sync + 'static,
+        source: impl Fn(&[f64; D]) -> f64 + Send + Sync + 'static,
+        factor: Option<Box<Factor>>,
+    ) -> Self {
         const {
             assert!(
                 1 <= D && D <= MOST_DIMENSIONS,
                 "a cube has from 1 to 6 dimensions"
             );
         }
-        let kernel = Whole(kernel);
-        Self::new(Arc::new(Closures { kernel, source }))
+        Self::new(Arc::new(Closures {
+            kernel,
+            source,
+            factor,
+        }))
     }
 
     /// Creates the equation u(x) = ∫ K(x,y) u(y) dy + F(x) on an interval, whose ends may be infinite.
@@ -140,14 +151,7 @@ impl CubeModel {
         factor: impl Fn(usize, f64, f64) -> f64 + Send + Sync + 'static,
         source: impl Fn(&[f64; D]) -> f64 + Send + Sync + 'static,
     ) -> Self {
-        const {
-            assert!(
-                1 <= D && D <= MOST_DIMENSIONS,
-                "a cube has from 1 to 6 dimensions"
-            );
-        }
-        let kernel = Factors(factor);
-        Self::new(Arc::new(Closures { kernel, source }))
+        Self::of_closures(|_, _| f64::NAN, source, Some(Box::new(factor)))
     }
 
     /// Moves the equation from [0, 1]^d to the product of these intervals, one for each axis: kernel and source are
@@ -164,11 +168,7 @@ impl CubeModel {
     /// ```
     #[must_use]
     pub fn on(self, intervals: impl Into<Vec<[f64; 2]>>) -> Self {
-        Self {
-            domain: Some(intervals.into()),
-            model: OnceLock::new(),
-            ..self
-        }
+        self.with(|own| own.domain = Some(intervals.into()))
     }
 
     /// Adds coordinates on every axis where cells of resolvent walks end, besides those where jumps are found.
@@ -185,11 +185,7 @@ impl CubeModel {
     /// ```
     #[must_use]
     pub fn with_edges(self, edges: impl Into<Vec<Vec<f64>>>) -> Self {
-        Self {
-            edges: edges.into(),
-            model: OnceLock::new(),
-            ..self
-        }
+        self.with(|own| own.edges = edges.into())
     }
 
     /// Adds the known solution, with which reports compare.
@@ -204,11 +200,14 @@ impl CubeModel {
     /// ```
     #[must_use]
     pub fn with_solution(self, solution: impl Fn(&[f64]) -> f64 + Send + Sync + 'static) -> Self {
-        Self {
-            solution: Some(Arc::new(solution)),
-            model: OnceLock::new(),
-            ..self
-        }
+        self.with(|own| own.solution = Some(Arc::new(solution)))
+    }
+
+    /// This equation with a change, for which its model is made anew.
+    fn with(mut self, change: impl FnOnce(&mut Self)) -> Self {
+        change(&mut self);
+        self.model = OnceLock::new();
+        self
     }
 
     fn ends(&self) -> &[[f64; 2]] {
