@@ -283,7 +283,7 @@ mod tests {
     use alloc::vec;
     use alloc::vec::Vec;
 
-    use super::{Backs, Geometry, Hit, Ray, Segment, sub};
+    use super::{Backs, Geometry, Hit, Ray, sub};
     use crate::vector::{along, dot, norm};
     use crate::{Enclosure, Material, Scene, Surface};
 
@@ -319,12 +319,7 @@ mod tests {
     fn one_by_one(geometry: &Geometry<'_, f64>, mut ray: Ray<'_, f64>) -> Option<Hit<f64>> {
         ray.is_plain = false;
         for (wall, own) in (0..).zip(geometry.walls()) {
-            let segment = Segment {
-                ends: own.ends,
-                vertices: own.vertices,
-                wall,
-            };
-            ray.meet_one(&segment);
+            ray.meet_one(&own.segment(wall));
         }
         ray.best
     }

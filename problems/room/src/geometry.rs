@@ -48,6 +48,16 @@ impl<F: Real> Wall<F> {
         }
     }
 
+    /// The ends of the wall, of this number.
+    #[inline(always)]
+    pub(crate) fn segment(&self, number: u32) -> Segment<F> {
+        Segment {
+            ends: self.ends,
+            vertices: self.vertices,
+            wall: number,
+        }
+    }
+
     /// The distance of `point` from the line of the wall, positive on the active side.
     #[inline]
     pub(crate) fn height(&self, point: Vector<F>) -> F {
@@ -330,11 +340,7 @@ impl<'a, F: Real> Geometry<'a, F> {
                 for strip in self.leaf(node) {
                     for number in strip.walls {
                         if let Some(wall) = self.wall(number) {
-                            each(&Segment {
-                                ends: wall.ends,
-                                vertices: wall.vertices,
-                                wall: number,
-                            });
+                            each(&wall.segment(number));
                         }
                     }
                 }
