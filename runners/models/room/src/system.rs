@@ -4,7 +4,9 @@ use std::borrow::Cow;
 use std::sync::OnceLock;
 
 use fredholm_core::galerkin::{Cells as _, Dense, PairTable, Solution, second_moment_radius};
-use fredholm_core::{Equation as _, LastStep, Lights as _, Neighbour, NoNeighbour, Real, Value};
+use fredholm_core::{
+    Equation as _, LastStep, Lights as _, MOST_CHANNELS, Neighbour, NoNeighbour, Real, Value,
+};
 use fredholm_embedded::TableBuilder;
 use fredholm_model::cost::PointwisePairs;
 use fredholm_model::finite::refuse;
@@ -15,8 +17,8 @@ use fredholm_model::{
 };
 use fredholm_rayon::fill_rows;
 use fredholm_room::{
-    CellRays, CoarseSolution, ExactNeighbour, Matrix, Point, RaySetup, RayTables, Room, Shadows,
-    Tint, paper_pairs, subtract_lights,
+    CellRays, CoarseSolution, ExactNeighbour, Grey, Matrix, Point, RayNeighbour, RaySetup,
+    RayTables, Room, Tint, paper_pairs, subtract_lights,
 };
 
 use crate::global::RoomGlobal;
@@ -107,11 +109,8 @@ impl<'m> RoomPartition<'m> {
         let scene = &self.model.scene;
         let few = few(self.unknowns_of_channel());
         let few = match self.model.wall_colours() {
-            None => CoarseSolution::new(scene, few)?,
-            Some(colours) => {
-                let tint = colours.tint::<{ fredholm_core::MOST_CHANNELS }>();
-                CoarseSolution::of_channels(scene, few, &tint)?
-            }
+            None => CoarseSolution::new(scene, few, &Grey)?,
+            Some(colours) => CoarseSolution::new(scene, few, &colours.tint::<MOST_CHANNELS>())?,
         };
         let tables = self.tables::<f64>();
         let mut v = vec![0.0; self.unknowns_of_channel() * self.channels()];
@@ -152,7 +151,7 @@ impl RoomSystem<'_> {
         }
         let (cut, model) = (&self.cut, self.cut.model);
         let lights = model.lights(last_step);
-        let (tables, shadows) = (cut.tables::<f64>(), Shadows::new(&model.scene));
+        let tables = cut.tables::<f64>();
         let mut v = self.solution.v.clone();
         let mut cells = vec![CellRays::default(); cut.mesh.len()];
         with_equation!(tables, lights, equation => of_degree!(cut.cut.degree, B => {
@@ -162,7 +161,7 @@ impl RoomSystem<'_> {
                     Ok::<(), Error>(())
                 })?;
             }
-            let setup = RaySetup::<_, B>::new(equation, &v)?.with_shadows(&shadows);
+            let setup = RaySetup::<_, B>::new(equation, &v)?.with_shadows(&model.scene);
             fill_rows(&mut cells, 1, |cell, row| {
                 row.fill(setup.cell(cell));
                 Ok::<(), Error>(())
@@ -262,7 +261,7 @@ impl RoomSystem<'_> {
                 let Rays { v, tables } = self.rays(walk.last_step)?;
                 let (v, tables) = (rounded(v)?, tables.rounded::<F>()?);
                 then(&Follow {
-                    neighbour: &tables.neighbour::<_, B>(equation, &v)?,
+                    neighbour: &RayNeighbour::<_, F, B>::new(equation, &v, tables.control())?,
                     v: Some(&v),
                     functions,
                     has_light: !equation.lights().is_empty(),
