@@ -55,6 +55,7 @@ pub fn is_tree<N: TreeNode>(nodes: &[N], levels: usize, right: impl Fn(&N) -> bo
 }
 
 /// What the leaves hold that are in no box that is `outside`.
+#[inline(always)]
 pub fn leaves<N: TreeNode>(
     nodes: &[N],
     mut outside: impl FnMut(&N) -> bool,

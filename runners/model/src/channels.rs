@@ -5,7 +5,7 @@ use fredholm_core::{Estimate, Statistics};
 use fredholm_room::Material;
 
 pub use crate::colours::{ColouredPart, Colours};
-use crate::heat::Optics;
+use crate::heat::ARRIVES;
 use crate::{BLANK, Derived, Error, Goal, Heat, Model, Region, Spot, Subject};
 
 /// The weights of red, green and blue in luminance (ITU-R BT.709, the primaries of sRGB).
@@ -118,7 +118,7 @@ impl ChannelNames {
         &self,
         goals: &[Goal],
         statistics: &[Statistics],
-        materials: &dyn Fn(&Region) -> Option<Vec<Optics>>,
+        materials: &dyn Fn(&Region) -> Option<Vec<Material>>,
     ) -> Derived {
         let shared = self.names.len();
         let mut heat = Vec::with_capacity(goals.len());
@@ -139,7 +139,7 @@ impl ChannelNames {
     }
 
     /// What follows from u of a channel, or of the sum.
-    fn heat(&self, materials: &[Optics], channel: usize, u: Estimate) -> Option<Heat> {
+    fn heat(&self, materials: &[Material], channel: usize, u: Estimate) -> Option<Heat> {
         let own = match materials.get(channel) {
             Some(own) => *own,
             None => self.sum_of(materials)?,
@@ -147,23 +147,22 @@ impl ChannelNames {
         if own.reflectance <= 0.0 {
             return None;
         }
-        let irradiance = own.irradiance(u);
+        let irradiance = own.irradiance_of(u);
         Some(Heat {
             irradiance: Some(irradiance),
-            net_flux: (self.unit.is_some() && own != Optics::ARRIVES)
-                .then(|| own.net_flux_of(irradiance)),
+            net_flux: (self.unit.is_some() && own != ARRIVES).then(|| own.net_flux_of(irradiance)),
             ..Heat::default()
         })
     }
 
     /// The material of the sum, if all channels have one reflectance.
-    fn sum_of(&self, materials: &[Optics]) -> Option<Optics> {
+    fn sum_of(&self, materials: &[Material]) -> Option<Material> {
         let reflectance = materials.first()?.reflectance;
         let emissions = materials.iter().map(|own| own.emission);
         let emission = *self.with_sum(emissions).last()?;
         let mut all = materials.iter();
         all.all(|own| own.reflectance == reflectance)
-            .then_some(Optics {
+            .then_some(Material {
                 reflectance,
                 emission,
             })

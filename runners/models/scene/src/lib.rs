@@ -221,10 +221,7 @@ impl SceneModel {
             Some(ColouredPart {
                 surface: self.scene.place(face)?.surface,
                 part: 0,
-                largest: Material {
-                    reflectance: own.reflectance,
-                    emission: own.emission,
-                },
+                largest: own.material(),
             })
         });
         colours.check(&self.names, parts)?;
