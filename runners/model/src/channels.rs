@@ -281,3 +281,27 @@ pub fn colours(names: &[String], channels: &[Vec<Spot>]) -> Option<[Vec<f64>; 3]
     let values = |spots: &Vec<Spot>| spots.iter().map(|spot| spot.value).collect();
     is_rgb(names).then(|| [red, green, blue].map(values))
 }
+
+/// The value of an expression for an equation in one channel, or in the colours of [`ColourTables`](fredholm_room::ColourTables) if there are
+/// some: of one type each for one channel, for up to four, of which red, green and blue are three, and for many.
+#[macro_export]
+macro_rules! in_channels {
+    ($equation:expr, $colours:expr, $name:ident => $then:expr) => {{
+        let equation = $equation;
+        match $colours {
+            None => {
+                let $name = &equation;
+                $then
+            }
+            Some(colours) if colours.channels <= 4 => {
+                let $name = &equation.with_colours(colours.tint::<4>())?;
+                $then
+            }
+            Some(colours) => {
+                let colours = colours.tint::<{ fredholm_core::MOST_CHANNELS }>();
+                let $name = &equation.with_colours(colours)?;
+                $then
+            }
+        }
+    }};
+}

@@ -61,7 +61,7 @@ impl<'m> RoomGlobal<'m> {
                 let scores: &(dyn Scores<Point<F>> + Sync) = &BasisScores::<_, B>(&room);
                 let options = walk.for_core();
                 let job: GlobalTask<'_, _, _, _, _> =
-                    GlobalTask::new(&room, &room, follow.neighbour, scores, options);
+                    GlobalTask::new(&room, &room, &*follow.neighbour, scores, options);
                 let nodes = CellNodes {
                     cells: self.cells(),
                     dimension: 1,

@@ -56,31 +56,6 @@ macro_rules! of_degree {
 }
 pub(crate) use of_degree;
 
-/// An expression in which the equation of walks, of one channel or of several, has this name: of one type each for one, for colours and
-/// for many.
-macro_rules! with_equation {
-    ($tables:expr, $lights:expr, $equation:ident => $then:expr) => {{
-        let room = $tables.tables.room().with_lights($lights)?;
-        match &$tables.colours {
-            None => {
-                let $equation = &room;
-                $then
-            }
-            // Red, green and blue are three.
-            Some(colours) if colours.channels <= 4 => {
-                let $equation = &room.with_colours(colours.tint::<4>())?;
-                $then
-            }
-            Some(colours) => {
-                let colours = colours.tint::<{ fredholm_core::MOST_CHANNELS }>();
-                let $equation = &room.with_colours(colours)?;
-                $then
-            }
-        }
-    }};
-}
-pub(crate) use with_equation;
-
 /// The equation of light or heat in a room.
 ///
 /// ```

@@ -70,7 +70,7 @@ impl RoomModel {
         galerkin.truncate(request.goals.len());
         let weights = names.map_or(&[][..], |names| names.weights());
         let walked = LastStep(equation);
-        let job = Goals::new(&walked, follow.neighbour, &goals, request.walk.for_core());
+        let job = Goals::new(&walked, &*follow.neighbour, &goals, request.walk.for_core());
         then(&job.with_sum(weights), &galerkin)
     }
 
@@ -129,7 +129,7 @@ impl RoomModel {
         let channels = equation.channels();
         Ok(match start {
             Start::Point(At(x)) => {
-                let v = follow.neighbour;
+                let v = &follow.neighbour;
                 (v.value(&v.locate(*x)).wide(), true)
             }
             Start::Mean(mean) => {
