@@ -220,24 +220,30 @@ impl<F: Real, C> Room<'_, F, C> {
         let Some(part) = self.partition().part(j) else {
             return [F::NAN; B];
         };
-        let (viewer, mut sums) = (x.viewer(), [zero(); B]);
         if self.is_at_end(x, part.wall) {
-            self.in_corner(&viewer, part.wall, &mut |cell, own: &[F; B]| {
+            let mut sums = [zero(); B];
+            self.in_corner(&x.viewer(), part.wall, &mut |cell, own: &[F; B]| {
                 if cell == j {
                     sums = *own;
                 }
             });
             return sums;
         }
+        self.moments_of_part(x, &part)
+    }
+
+    /// The moments of what a point sees of a part of a wall.
+    fn moments_of_part<const B: usize>(&self, x: &Point<F>, part: &Part<F>) -> [F; B] {
+        let (viewer, mut sums) = (x.viewer(), [zero(); B]);
         let mut piece = |whole, right, left| {
             plus(
                 &mut sums,
-                &self.moments_of::<B>(&viewer, &part, ([right, left], whole)),
+                &self.moments_of::<B>(&viewer, part, ([right, left], whole)),
             );
         };
         // Called by its address, so that the sweep is compiled once for all degrees.
         let piece: &mut dyn FnMut(bool, Vector<F>, Vector<F>) = &mut piece;
-        self.geometry().visible_pieces(&viewer, &part, piece);
+        self.geometry().visible_pieces(&viewer, part, piece);
         sums
     }
 
@@ -247,8 +253,8 @@ impl<F: Real, C> Room<'_, F, C> {
         let Some(found) = self.geometry().walls().get(wall) else {
             return F::NAN;
         };
-        let part = found.part(wall as u32);
-        self.geometry().visible(&x.viewer(), &part)
+        let [factor] = self.moments_of_part(x, &found.part(wall as u32));
+        factor
     }
 
     /// Calls `each` with the cells that a point sees and their [moments](Self::form_factors), wall by wall; with one that is seen in several
