@@ -3,7 +3,7 @@
 use fredholm_core::galerkin::Cells as _;
 use fredholm_core::{At, LastStep};
 use fredholm_model::drawn::{Sites, wanted_sites};
-use fredholm_model::{Error, Examined, Goal, Request};
+use fredholm_model::{Error, Examined, Request};
 use fredholm_room::{Grading, Mesh, Point, Seen, Tables};
 use fredholm_variance::{Density, DrawnModel, DrawnStart, Walked};
 
@@ -32,15 +32,12 @@ impl RoomSystem<'_> {
         );
         let wall = |cell| mesh.cells().wall(cell);
         let sites = Sites::new(map, mesh.len(), wall, [&there, &here]);
-        let starts = request
-            .goals
-            .iter()
-            .map(|goal| model.start(room, &goal.region));
-        let starts = starts.collect::<Result<Vec<_>, Error>>()?;
-        let known =
-            |(start, goal): (&Start<'_, '_, f64>, &Goal)| model.known(room, start, &goal.region);
-        let known = starts.iter().zip(request.goals).map(known);
-        let known = known.collect::<Result<Vec<f64>, Error>>()?;
+        let (mut starts, mut known) = (Vec::new(), Vec::new());
+        for goal in request.goals {
+            let start = model.start(room, &goal.region)?;
+            known.push(model.known(room, &start, &goal.region)?);
+            starts.push(start);
+        }
         let mut begin = 0.0;
         let pieces = (0..mesh.len()).map(|cell| {
             let (wall, own) = (wall(cell).unwrap_or(0), map.measure(cell));

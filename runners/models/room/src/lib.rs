@@ -356,7 +356,9 @@ impl Model for RoomModel {
     }
 
     fn last_steps(&self) -> LastSteps {
-        self.lights.last_steps()
+        LastSteps::Open {
+            pay: self.lights.pay,
+        }
     }
 
     /// Rays, and what is nearest to them.

@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 use fredholm_core::MOST_CHANNELS;
-use fredholm_model::{Error, LastSteps};
+use fredholm_model::Error;
 use fredholm_room::{DirectLight, Grey, Scene};
 
 use crate::RoomModel;
@@ -13,7 +13,7 @@ use crate::RoomModel;
 pub(crate) struct Lights {
     walls: Vec<u32>,
     /// Whether they pay: otherwise they are all walls that emit.
-    pay: bool,
+    pub(crate) pay: bool,
     direct: OnceLock<Vec<DirectLight>>,
 }
 
@@ -31,10 +31,6 @@ impl Lights {
             },
             direct: OnceLock::new(),
         }
-    }
-
-    pub(crate) const fn last_steps(&self) -> LastSteps {
-        LastSteps::Open { pay: self.pay }
     }
 }
 

@@ -85,7 +85,10 @@ impl RoomModel {
                 let (wall, fraction) = self.scene.along(*surface, *t)?;
                 Start::Point(At(room.on_wall(wall, fraction)?))
             }
-            Region::Point(x) => Start::Air(seen(room, x)),
+            Region::Point(x) => {
+                let position = [0, 1].map(|k| F::from_f64(x.get(k).copied().unwrap_or(f64::NAN)));
+                Start::Air(Seen { room, position })
+            }
             region => Start::Mean(Means::new(room, self.walls(region)?)?),
         })
     }
@@ -179,14 +182,6 @@ pub(crate) fn light_at<F: Real, C: Tint<F>>(
         }
     });
     sum
-}
-
-/// What a point in the air sees.
-pub(crate) fn seen<'r, 'a, F: Real, C>(room: &'r Room<'a, F, C>, x: &[f64]) -> Seen<'r, 'a, F, C> {
-    Seen {
-        room,
-        position: [0, 1].map(|k| F::from_f64(x.get(k).copied().unwrap_or(f64::NAN))),
-    }
 }
 
 /// Where the walks of a goal start.
