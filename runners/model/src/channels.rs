@@ -1,12 +1,11 @@
 //! What equations in several channels have in common: names, weighted sums, targets, and what is refused.
 
-use fredholm_core::MOST_CHANNELS;
-use fredholm_core::{Estimate, Statistics};
+use fredholm_core::{Estimate, MOST_CHANNELS, Statistics, Value};
 use fredholm_room::Material;
 
 pub use crate::colours::{ColouredPart, Colours};
-use crate::heat::ARRIVES;
-use crate::{BLANK, Derived, Error, Goal, Heat, Model, Region, Spot, Subject};
+use crate::heat::{ARRIVES, RadiativeExchange};
+use crate::{BLANK, Derived, Error, Goal, Heat, Model, Region, Request, Spot, Subject};
 
 /// The weights of red, green and blue in luminance (ITU-R BT.709, the primaries of sRGB).
 const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
@@ -197,6 +196,32 @@ impl ChannelNames {
         }
         Ok(())
     }
+}
+
+/// The numbers of all channels, and last their weighted sum, if there are weights.
+#[must_use]
+pub fn with_sum(value: &impl Value<f64>, weights: &[f64]) -> Vec<f64> {
+    let own = (0..value.channels()).map(|c| value.get(c));
+    let terms = own.clone().zip(weights);
+    let sum = terms.map(|(own, weight)| own * weight).sum();
+    own.chain((!weights.is_empty()).then_some(sum)).collect()
+}
+
+/// The regions in which walks of a request start: those of its goals, of which a target has one for every channel, and in one channel
+/// also those of surfaces whose net fluxes take walks.
+///
+/// # Errors
+/// [`Error::Internal`]: a target has not a goal for every channel.
+pub fn regions(
+    surfaces: &dyn RadiativeExchange,
+    colours: Option<&Colours>,
+    request: &Request<'_>,
+) -> Result<Vec<Region>, Error> {
+    let Some(colours) = colours else {
+        return Ok(surfaces.regions(request.goals, request.only_u));
+    };
+    let targets = colours.names.targets(request.goals)?;
+    Ok(targets.map(|goal| goal.region.clone()).collect())
 }
 
 fn is_rgb(channels: &[String]) -> bool {

@@ -232,12 +232,11 @@ impl<F: Real, C: Tint<F>> Walker<'_, '_, F, C> {
             control_mean: is_exact.then_some(mean),
             functional: start,
         };
-        let colours = self.model.colours();
         let walker = SpotWalks {
             equation: &LastStep(self.equation),
             neighbour: &*self.follow.neighbour,
             walk: self.request.walk,
-            weights: colours.map_or(&[], |colours| colours.names.weights()),
+            weights: self.model.weights(),
             is_plain: self.follow.v.is_none(),
             watch: self.watch,
         };

@@ -157,15 +157,6 @@ struct RoomField<'m> {
     lifted: OnceLock<Vec<f64>>,
 }
 
-/// A quantity at a point of a wall, or its mean over a wall: a constant, and a multiple of the irradiance.
-fn terms(quantity: GlobalQuantity, emission: f64, reflectance: f64) -> [f64; 2] {
-    match quantity {
-        GlobalQuantity::U => [emission, reflectance],
-        GlobalQuantity::Irradiance => [0.0, 1.0],
-        GlobalQuantity::NetFlux => [emission, reflectance - 1.0],
-    }
-}
-
 impl RoomField<'_> {
     fn unknowns(&self) -> usize {
         self.cut.mesh.len() * self.functions
@@ -176,12 +167,16 @@ impl RoomField<'_> {
         of_degree!(self.functions - 1, B => room.all_form_factors::<B>(x, out));
     }
 
-    /// Constant and factor of a quantity on a wall.
+    /// A quantity at a point of a wall, or its mean over a wall: a constant, and a multiple of the irradiance.
     fn terms(&self, quantity: GlobalQuantity, wall: usize) -> Result<[f64; 2], Error> {
         let walls = self.cut.model.scene.geometry();
         let wall = walls.walls().get(wall);
         let wall = wall.ok_or(Error::Internal("a wall that is none"))?;
-        Ok(terms(quantity, wall.emission, wall.reflectance))
+        Ok(match quantity {
+            GlobalQuantity::U => [wall.emission, wall.reflectance],
+            GlobalQuantity::Irradiance => [0.0, 1.0],
+            GlobalQuantity::NetFlux => [wall.emission, wall.reflectance - 1.0],
+        })
     }
 
     /// A constant, and a multiple of the moments times every row.

@@ -128,6 +128,12 @@ impl RoomModel {
         self.colours.as_ref()
     }
 
+    /// The weights of a sum of all channels, which is asked for beside them; none, of one channel.
+    fn weights(&self) -> &[f64] {
+        self.colours()
+            .map_or(&[], |colours| colours.names.weights())
+    }
+
     /// Refuses the tables of so many cells, or of as many as there are segments, that do not fit into memory: asked
     /// before a scene is made of them, which may take long.
     ///

@@ -6,6 +6,7 @@ use fredholm_core::{
     DefaultGenerator, Equation as _, Functional, Goal, LastStep, Real, RngUniforms, Start, StartOf,
     Uniforms, Value as _, WalkSeeds,
 };
+use fredholm_model::channels::with_sum;
 use fredholm_model::{
     Beside, Discretisation, Error, Partitioned, Spot, SpotWalks, WalkOptions, in_channels,
     in_scalar, spots,
@@ -17,7 +18,6 @@ use crate::SceneModel;
 use crate::camera::Camera;
 use crate::partition::{ScenePartition, Walked};
 use crate::system::{AnyNeighbour, SceneSystem};
-use crate::walks::with_sum;
 
 /// Which numbers of a picture are wanted, and how.
 #[derive(Clone, Copy, Debug)]
