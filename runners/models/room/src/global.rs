@@ -45,7 +45,7 @@ impl<'m> RoomSystem<'m> {
         };
         let tables = Tables::<F>::new(&self.cut.model.scene, &self.cut.mesh);
         let room = tables.room();
-        self.with_any_neighbour(&room, &walk, &mut |follow| {
+        self.with_any_neighbour(&room, &walk, |follow| {
             of_degree!(request.degree, B => {
                 let scores: &(dyn Scores<Point<F>> + Sync) = &BasisScores::<_, B>(&room);
                 let options = walk.for_core();

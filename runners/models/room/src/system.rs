@@ -228,7 +228,7 @@ impl RoomSystem<'_> {
         &self,
         room: &Room<'_, F>,
         walk: &WalkOptions,
-        then: &mut dyn FnMut(&Follow<'_, F, F>) -> Result<(), Error>,
+        then: impl FnOnce(&Follow<'_, F, F>) -> Result<(), Error>,
     ) -> Result<(), Error> {
         if walk.pairs != Pairs::Paper {
             return then(&self.vectors(room, walk)?.follow(room)?);
@@ -354,7 +354,7 @@ impl System for RoomSystem<'_> {
             let tables = self.cut.tables::<F>();
             if walk.pairs == Pairs::Paper && model.colours().is_none() && !walk.last_step {
                 let room = &tables.tables.room();
-                return self.with_any_neighbour(room, walk, &mut |follow| {
+                return self.with_any_neighbour(room, walk, |follow| {
                     self.hand_on(room, follow, request, then)
                 });
             }
