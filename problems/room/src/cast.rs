@@ -2,6 +2,7 @@
 
 use fredholm_core::Real;
 use fredholm_core::array::Each;
+use fredholm_surfaces::{Trace, trace};
 use num_traits::{one, zero};
 
 use crate::geometry::{
@@ -11,6 +12,7 @@ use crate::vector::{Vector, cross, dot, sub};
 
 /// A ray from a point of a wall, and what it met.
 struct Ray<'e, F> {
+    geometry: &'e Geometry<'e, F>,
     emitter: &'e Wall<F>,
     /// The number of the emitting wall.
     from: u32,
@@ -59,57 +61,8 @@ impl<F: Real> Geometry<'_, F> {
         direction: Vector<F>,
         backs: Backs,
     ) -> Option<Hit<F>> {
-        let mut ray = Ray::new(emitter, from, origin, direction, backs);
-        let nodes = self.nodes();
-        // Numbers alone: what waits is looked at again, which is seldom and costs less than clearing distances, too.
-        let mut stack = [0_u32; DEPTH + 2];
-        let mut top = 0;
-        let mut current = 0;
-        'nodes: while let Some(node) = nodes.get(current as usize) {
-            if node.count == 0 {
-                let (left, right) = match nodes.get(node.first as usize..) {
-                    Some([left, right, ..]) => (ray.entry(left), ray.entry(right)),
-                    _ => break,
-                };
-                let (a, b) = (node.first, node.first + 1);
-                match (left, right) {
-                    (Some(near_a), Some(near_b)) => {
-                        let (next, wait) = if near_a <= near_b { (a, b) } else { (b, a) };
-                        if let Some(place) = stack.get_mut(top) {
-                            *place = wait;
-                            top += 1;
-                        }
-                        current = next;
-                        continue;
-                    }
-                    (Some(_), None) => {
-                        current = a;
-                        continue;
-                    }
-                    (None, Some(_)) => {
-                        current = b;
-                        continue;
-                    }
-                    (None, None) => {}
-                }
-            } else {
-                ray.meet(self.leaf(node), node.bits());
-            }
-            loop {
-                if top == 0 {
-                    break 'nodes;
-                }
-                top -= 1;
-                let Some(&number) = stack.get(top) else {
-                    break 'nodes;
-                };
-                let waiting = nodes.get(number as usize);
-                if waiting.is_some_and(|node| ray.entry(node).is_some()) {
-                    current = number;
-                    break;
-                }
-            }
-        }
+        let mut ray = Ray::new(self, emitter, from, origin, direction, backs);
+        trace::<_, { DEPTH + 2 }>(self.nodes(), &mut ray);
         ray.best
     }
 }
@@ -117,6 +70,7 @@ impl<F: Real> Geometry<'_, F> {
 impl<'e, F: Real> Ray<'e, F> {
     #[inline(always)]
     fn new(
+        geometry: &'e Geometry<'e, F>,
         emitter: &'e Wall<F>,
         from: u32,
         origin: Vector<F>,
@@ -127,6 +81,7 @@ impl<'e, F: Real> Ray<'e, F> {
         // Rays from nowhere on a wall have no vertices that are theirs.
         let free = from == u32::MAX;
         Self {
+            geometry,
             emitter,
             from,
             origin,
@@ -136,21 +91,6 @@ impl<'e, F: Real> Ray<'e, F> {
             limit: F::from_f64(1e300),
             best: None,
         }
-    }
-
-    /// The distance at which the ray may enter a box, if it does before what it met.
-    #[inline(always)]
-    fn entry(&self, node: &Node<F>) -> Option<F> {
-        let direction = self.direction;
-        let spread = direction.each(|d| d.abs());
-        let to = sub(node.centre, self.origin);
-        let aside = spread[0] * node.half[1] + spread[1] * node.half[0];
-        let ahead = dot(spread, node.half);
-        let distance = dot(direction, to);
-        let near = distance - ahead;
-        let met =
-            cross(direction, to).abs() <= aside && distance + ahead >= zero() && near <= self.limit;
-        met.then_some(near)
     }
 
     /// Which vertices of a leaf are on the left of the ray: of the four of every strip a bit in the numbers of their lanes.
@@ -170,26 +110,6 @@ impl<'e, F: Real> Ray<'e, F> {
             bit <<= 1;
         }
         left
-    }
-
-    /// Meets the walls of a leaf.
-    #[inline(always)]
-    fn meet(&mut self, leaf: &[Strip<F>], links: u64) {
-        let [a, b, c, d] = self.left(leaf);
-        // Of each vertex with the next one: in sixteen bits each lane.
-        let from = a | b << LEAF | c << (2 * LEAF) | d << (3 * LEAF);
-        let to = b | c << LEAF | d << (2 * LEAF) | (a >> 1) << (3 * LEAF);
-        let met = match self.backs {
-            Backs::Pass => !from & to,
-            Backs::Block => from ^ to,
-        };
-        // Where rounding tells otherwise than what is known, all are looked at.
-        let mut met = if self.is_plain { met & links } else { links };
-        while let Some(at) = take_bit(&mut met) {
-            if let Some(segment) = link(leaf, at) {
-                self.meet_one(&segment);
-            }
-        }
     }
 
     /// Meets a wall.
@@ -273,6 +193,45 @@ impl<'e, F: Real> Ray<'e, F> {
     }
 }
 
+impl<F: Real> Trace<Node<F>> for Ray<'_, F> {
+    type Distance = F;
+
+    #[inline(always)]
+    fn entry(&self, node: &Node<F>) -> Option<F> {
+        let direction = self.direction;
+        let spread = direction.each(|d| d.abs());
+        let to = sub(node.centre, self.origin);
+        let aside = spread[0] * node.half[1] + spread[1] * node.half[0];
+        let ahead = dot(spread, node.half);
+        let distance = dot(direction, to);
+        let near = distance - ahead;
+        let met =
+            cross(direction, to).abs() <= aside && distance + ahead >= zero() && near <= self.limit;
+        met.then_some(near)
+    }
+
+    /// Meets the walls of a leaf.
+    #[inline(always)]
+    fn meet(&mut self, node: &Node<F>) {
+        let (leaf, links) = (self.geometry.leaf(node), node.bits());
+        let [a, b, c, d] = self.left(leaf);
+        // Of each vertex with the next one: in sixteen bits each lane.
+        let from = a | b << LEAF | c << (2 * LEAF) | d << (3 * LEAF);
+        let to = b | c << LEAF | d << (2 * LEAF) | (a >> 1) << (3 * LEAF);
+        let met = match self.backs {
+            Backs::Pass => !from & to,
+            Backs::Block => from ^ to,
+        };
+        // Where rounding tells otherwise than what is known, all are looked at.
+        let mut met = if self.is_plain { met & links } else { links };
+        while let Some(at) = take_bit(&mut met) {
+            if let Some(segment) = link(leaf, at) {
+                self.meet_one(&segment);
+            }
+        }
+    }
+}
+
 /// The widest that two walls at a vertex may be out of line and count as one straight wall, in
 /// units of ε: a wall that starts where the emitting one ends, and goes on in its direction, is met
 /// by rays that pass its far end on the other side.
@@ -283,7 +242,7 @@ mod tests {
     use alloc::vec;
     use alloc::vec::Vec;
 
-    use super::{Backs, Geometry, Hit, Ray, Segment, sub};
+    use super::{Backs, Geometry, Hit, Ray, sub};
     use crate::vector::{along, dot, norm};
     use crate::{Enclosure, Material, Scene, Surface};
 
@@ -319,12 +278,7 @@ mod tests {
     fn one_by_one(geometry: &Geometry<'_, f64>, mut ray: Ray<'_, f64>) -> Option<Hit<f64>> {
         ray.is_plain = false;
         for (wall, own) in (0..).zip(geometry.walls()) {
-            let segment = Segment {
-                ends: own.ends,
-                vertices: own.vertices,
-                wall,
-            };
-            ray.meet_one(&segment);
+            ray.meet_one(&own.segment(wall));
         }
         ray.best
     }
@@ -366,7 +320,7 @@ mod tests {
                 let direction = to.map(|d| d / norm(to));
                 for backs in [Backs::Pass, Backs::Block] {
                     let hit = geometry.nearest(wall, from, origin, direction, backs);
-                    let ray = Ray::new(wall, from, origin, direction, backs);
+                    let ray = Ray::new(&geometry, wall, from, origin, direction, backs);
                     assert_eq!(hit, one_by_one(&geometry, ray), "{origin:?} {direction:?}");
                     met += u32::from(hit.is_some());
                 }

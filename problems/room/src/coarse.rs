@@ -4,7 +4,7 @@ use alloc::vec::Vec;
 
 use fredholm_core::galerkin::{Solution, legendre};
 use fredholm_core::{Equation as _, NoDraws, Value};
-use fredholm_surfaces::{Grey, Tint};
+use fredholm_surfaces::Tint;
 
 use crate::matrix::{places, side_by_side};
 use crate::views::parts;
@@ -25,7 +25,7 @@ const FUNCTIONS: usize = 4;
 ///
 /// ```
 /// use fredholm_room::{
-///     CoarseSolution, Enclosure, Grading, Material, Mesh, Scene, Surface, Tables,
+///     CoarseSolution, Enclosure, Grading, Grey, Material, Mesh, Scene, Surface, Tables,
 /// };
 ///
 /// // ρ = ½ and F = ½ everywhere: u = 1.
@@ -36,7 +36,7 @@ const FUNCTIONS: usize = 4;
 /// let tables = Tables::<f64>::new(&scene, &mesh);
 /// let room = tables.room();
 ///
-/// let coarse = CoarseSolution::new(&scene, 100)?;
+/// let coarse = CoarseSolution::new(&scene, 100, &Grey)?;
 /// let mut v = vec![0.0; mesh.len()];
 /// for (cell, own) in v.chunks_exact_mut(1).enumerate() {
 ///     coarse.step::<_, 1>(&room, cell, own);
@@ -53,23 +53,11 @@ pub struct CoarseSolution {
 }
 
 impl CoarseSolution {
-    /// The Galerkin solution with about so many unknowns.
-    ///
-    /// # Errors
-    /// Those of [`Mesh::new`] and [`Matrix::new`], and [`RoomError::Galerkin`].
-    pub fn new(scene: &Scene, unknowns: usize) -> Result<Self, RoomError> {
-        Self::of_channels(scene, unknowns, &Grey)
-    }
-
     /// The Galerkin solutions of all channels, with about so many unknowns in each.
     ///
     /// # Errors
-    /// As [`new`](Self::new).
-    pub fn of_channels(
-        scene: &Scene,
-        unknowns: usize,
-        tint: &impl Tint<f64>,
-    ) -> Result<Self, RoomError> {
+    /// Those of [`Mesh::new`] and [`Matrix::new`], and [`RoomError::Galerkin`].
+    pub fn new(scene: &Scene, unknowns: usize, tint: &impl Tint<f64>) -> Result<Self, RoomError> {
         let cells = unknowns.div_ceil(FUNCTIONS).max(1);
         let mesh = Mesh::new::<f64>(scene, cells, Grading::of_degree(FUNCTIONS - 1))?;
         let tables = Tables::new(scene, &mesh);

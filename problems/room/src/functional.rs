@@ -191,21 +191,6 @@ impl<F: Real, C> Seen<'_, '_, F, C> {
         all
     }
 
-    /// The density of starts at a point of a wall: dω/2π over its length; 0 where it is not seen.
-    #[must_use]
-    pub fn density(&self, y: &Point<F>) -> F {
-        let span = sub(y.position(), self.position);
-        let square = dot(span, span);
-        let length = square.sqrt();
-        let seen = self.room.look(self.position, span.each(|s| s / length));
-        match self.room.geometry().wall(y.wall() as u32) {
-            Some(wall) if seen.is_some_and(|seen| seen.wall() == y.wall()) => {
-                wall.height(self.position) / (square * (F::PI + F::PI))
-            }
-            _ => zero(),
-        }
-    }
-
     /// Calls `each` with points of walls that the point sees, and weights that sum to the share of all directions in which
     /// it sees any: (1/2π) ∫ u dω by three Gauss points, in their order, in panels of directions that are `width` radians wide at most. Panels
     /// end where something else is seen, so that u is as smooth in them as along walls.

@@ -2,7 +2,7 @@
 
 use fredholm_core::Real;
 pub(crate) use fredholm_surfaces::Backs;
-use fredholm_surfaces::{TreeNode, is_tree};
+use fredholm_surfaces::{TreeNode, is_tree, leaves};
 use num_traits::{one, zero};
 
 #[cfg(feature = "alloc")]
@@ -45,6 +45,16 @@ impl<F: Real> Wall<F> {
             wall: number,
             ends: self.ends,
             length: self.length,
+        }
+    }
+
+    /// The ends of the wall, of this number.
+    #[inline(always)]
+    pub(crate) fn segment(&self, number: u32) -> Segment<F> {
+        Segment {
+            ends: self.ends,
+            vertices: self.vertices,
+            wall: number,
         }
     }
 
@@ -313,34 +323,14 @@ impl<'a, F: Real> Geometry<'a, F> {
         outside: impl Fn(&Node<F>) -> bool,
         mut each: impl FnMut(&Segment<F>),
     ) {
-        let mut stack = [0_u32; DEPTH + 2];
-        let mut top = 1;
-        while top > 0 {
-            top -= 1;
-            let Some(&number) = stack.get(top) else { break };
-            let Some(node) = self.nodes.get(number as usize) else {
-                break;
-            };
-            // All the room is seldom outside.
-            if number > 0 && outside(node) {
-                continue;
-            }
-            if node.count > 0 {
-                // Not `for_each`, which calls the closure through a reference and keeps it from being inlined.
-                for strip in self.leaf(node) {
-                    for number in strip.walls {
-                        if let Some(wall) = self.wall(number) {
-                            each(&Segment {
-                                ends: wall.ends,
-                                vertices: wall.vertices,
-                                wall: number,
-                            });
-                        }
+        for range in leaves(self.nodes, outside) {
+            // Not `for_each`, which calls the closure through a reference and keeps it from being inlined.
+            for strip in self.strips.get(range).unwrap_or(&[]) {
+                for number in strip.walls {
+                    if let Some(wall) = self.wall(number) {
+                        each(&wall.segment(number));
                     }
                 }
-            } else if let Some(places) = stack.get_mut(top..top + 2) {
-                places.copy_from_slice(&[node.first, node.first + 1]);
-                top += 2;
             }
         }
     }
@@ -348,8 +338,9 @@ impl<'a, F: Real> Geometry<'a, F> {
 
 #[cfg(feature = "alloc")]
 impl Geometry<'_, f64> {
-    /// The material of a wall.
-    pub(crate) fn material(&self, wall: usize) -> Material {
+    /// The material of a wall; NaN if there is none of this number.
+    #[must_use]
+    pub fn material(&self, wall: usize) -> Material {
         let of = |own: fn(&Wall<f64>) -> f64| self.walls.get(wall).map_or(f64::NAN, own);
         Material {
             reflectance: of(|wall| wall.reflectance),

@@ -5,7 +5,7 @@ use alloc::vec::Vec;
 use fredholm_core::array::{Each, from_fn};
 use fredholm_surfaces::{Branch, Cutting, Item, hull};
 
-use crate::geometry::{LANES, LEAF, NO_WALL, Node, Segment, Strip, links};
+use crate::geometry::{LANES, LEAF, NO_WALL, Node, Segment, Strip, Wall, links};
 use crate::vector::Vector;
 
 /// What it costs a ray to look into two boxes, in strips of a leaf that it may test in the same time.
@@ -14,21 +14,21 @@ const BOXES: f64 = 6.0;
 /// The levels that a tree may have and a ray's stack has room for.
 const LEVELS: usize = 38;
 
-/// A tree over segments, and the strips of its leaves. Boxes are wider by `margin` on every side.
-pub(crate) fn build(segments: &[Segment<f64>], margin: f64) -> (Vec<Strip<f64>>, Vec<Node<f64>>) {
-    let mut strips = Vec::with_capacity(segments.len());
-    let item = |(number, segment): (u32, &Segment<f64>)| Item {
-        bounds: hull(&segment.ends),
+/// A tree over walls, and the strips of its leaves. Boxes are wider by `margin` on every side.
+pub(crate) fn build(walls: &[Wall<f64>], margin: f64) -> (Vec<Strip<f64>>, Vec<Node<f64>>) {
+    let mut strips = Vec::with_capacity(walls.len());
+    let item = |(number, wall): (u32, &Wall<f64>)| Item {
+        bounds: hull(&wall.ends),
         number,
     };
-    let mut items: Vec<Item<2>> = (0..).zip(segments).map(item).collect();
+    let mut items: Vec<Item<2>> = (0..).zip(walls).map(item).collect();
     let cutting = Cutting {
         least: 0,
         levels: LEVELS,
         all_axes: false,
     };
     let branches = fredholm_surfaces::build(&mut items, cutting, |own, _, costs| {
-        let leaf = leaf(segments, own)?;
+        let leaf = leaf(walls, own)?;
         let count = leaf.len() as f64;
         let first = strips.len();
         (count <= BOXES + count * costs.cut / costs.whole).then(|| {
@@ -51,15 +51,15 @@ pub(crate) fn build(segments: &[Segment<f64>], margin: f64) -> (Vec<Strip<f64>>,
     (strips, nodes)
 }
 
-/// The strips of segments: chains of them, one after the other. `None`: they are more than fit into a leaf.
-fn leaf(segments: &[Segment<f64>], items: &[Item<2>]) -> Option<Vec<Strip<f64>>> {
+/// The strips of walls: chains of them, one after the other. `None`: they are more than fit into a leaf.
+fn leaf(walls: &[Wall<f64>], items: &[Item<2>]) -> Option<Vec<Strip<f64>>> {
     if items.len() >= LANES * LEAF {
         return None;
     }
     let own = items
         .iter()
-        .filter_map(|item| segments.get(item.number as usize));
-    let mut left: Vec<Segment<f64>> = own.copied().collect();
+        .filter_map(|item| Some(walls.get(item.number as usize)?.segment(item.number)));
+    let mut left: Vec<Segment<f64>> = own.collect();
     // Place, number, and the wall to the next.
     let mut vertices: Vec<(Vector<f64>, u32, u32)> = Vec::new();
     while !left.is_empty() {

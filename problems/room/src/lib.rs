@@ -88,6 +88,4 @@ pub use room::{Point, Room};
 #[cfg(feature = "alloc")]
 pub use scene::{Scene, Surface};
 #[cfg(feature = "alloc")]
-pub use shadows::Shadows;
-#[cfg(feature = "alloc")]
 pub use tables::Tables;

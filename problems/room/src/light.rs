@@ -10,8 +10,6 @@ use fredholm_core::galerkin::{Cells, buffer, legendre, reserve};
 use fredholm_core::{Equation, Lights, Real, Uniforms, Value};
 #[cfg(feature = "alloc")]
 use fredholm_core::{SourcePart, best_lights};
-#[cfg(feature = "alloc")]
-use fredholm_surfaces::Grey;
 use fredholm_surfaces::Tint;
 use num_traits::zero;
 
@@ -133,7 +131,7 @@ impl Scene {
 /// What lights give to walls directly, in the mean over walls: exact, with what hides them.
 ///
 /// ```
-/// use fredholm_room::{DirectLight, Enclosure, Material, Scene, Surface};
+/// use fredholm_room::{DirectLight, Enclosure, Grey, Material, Scene, Surface};
 ///
 /// let material = |emission| [Material { reflectance: 0.5, emission }];
 /// let (lamp, dark) = (material(1.0), material(0.0));
@@ -141,7 +139,7 @@ impl Scene {
 /// let floor = Surface { points: &corners[..2], materials: &lamp };
 /// let rest = Surface { points: &corners[1..], materials: &dark };
 /// let scene = Scene::new::<f64>(&[floor, rest], Enclosure::Closed)?;
-/// let direct = DirectLight::new(&scene, &[0])?;
+/// let direct = &DirectLight::new(&scene, &[0], &Grey)?[0];
 /// // The form factor of opposite sides of a square.
 /// assert!((direct.irradiance(2..3) - (2f64.sqrt() - 1.0)).abs() < 1e-14);
 /// assert_eq!((direct.emission(0..1), direct.emission(1..4)), (1.0, 0.0));
@@ -165,20 +163,11 @@ struct WallLight {
 
 #[cfg(feature = "alloc")]
 impl DirectLight {
-    /// The light of these walls of a scene. Takes as long as their rows of form factors.
+    /// The light of these walls in every channel of a scene. Takes as long as their rows of form factors.
     ///
     /// # Errors
     /// [`RoomError::Memory`].
-    pub fn new(scene: &Scene, lights: &[u32]) -> Result<Self, RoomError> {
-        let mut all = Self::of_channels(scene, lights, &Grey)?;
-        all.pop().ok_or(RoomError::Memory { bytes: None })
-    }
-
-    /// The light of these walls in every channel of a scene, from the same rows.
-    ///
-    /// # Errors
-    /// [`RoomError::Memory`].
-    pub fn of_channels(
+    pub fn new(
         scene: &Scene,
         lights: &[u32],
         tint: &impl Tint<f64>,

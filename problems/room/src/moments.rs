@@ -19,7 +19,7 @@ use fredholm_core::galerkin::{Cells, PairIntegral, TransitionMoments, legendre};
 use fredholm_core::{Equation, Located, Real, Value};
 use num_traits::{one, zero};
 
-use crate::geometry::{Geometry, Wall, factor};
+use crate::geometry::{Wall, factor};
 use crate::panels::{Panels, gauss};
 use crate::vector::{Vector, cross, dot, sub};
 use crate::visible::{Part, Viewer};
@@ -140,70 +140,6 @@ fn of_interval<F: Real, const B: usize>(
     });
 }
 
-impl<F: Real> Geometry<'_, F> {
-    /// Calls `each` with numbers and the B functions of a part in as many places, so that for a
-    /// polynomial P of degree 2B − 2 in them the sum of the numbers times P is ∫ P cos θ_x cos
-    /// θ_y/(2r) dy over what the point sees of the part between two directions, from right to left. For B = 1 that is
-    /// one number, the form factor. `is_whole`: it sees all of the part.
-    #[inline]
-    fn measure_piece<const B: usize>(
-        &self,
-        panels: &Panels<F>,
-        from: &Viewer<F>,
-        part: &Part<F>,
-        ([right, left], is_whole): ([Vector<F>; 2], bool),
-        each: &mut impl FnMut(F, &[F; B]),
-    ) {
-        if is_whole {
-            return self.measure_whole(panels, from, part, each);
-        }
-        let (Some(own), Some(other)) = (self.wall(from.wall), self.wall(part.wall)) else {
-            return each(F::NAN, &[F::NAN; B]);
-        };
-        let share = factor(own.normal(), right, left, cross(right, left));
-        // As in `visible`: a gap between shadows that rounding left is none.
-        let gap = F::from_f64(4.0) * F::EPSILON;
-        if !(share > gap) {
-            return;
-        }
-        if B == 1 {
-            return each(share, &[one(); B]);
-        }
-        let sight = Sight::new(own.normal(), from.position, part, other);
-        let ends = [right, left].each(|d| sight.meets(d, other));
-        of_interval(panels, &sight, ends, each);
-    }
-
-    /// Moments over a part that is seen wholly.
-    #[inline]
-    fn measure_whole<const B: usize>(
-        &self,
-        panels: &Panels<F>,
-        from: &Viewer<F>,
-        part: &Part<F>,
-        each: &mut impl FnMut(F, &[F; B]),
-    ) {
-        if B == 1 {
-            return each(self.unobstructed(from, part), &[one(); B]);
-        }
-        let (Some(own), Some(other)) = (self.wall(from.wall), self.wall(part.wall)) else {
-            return each(F::NAN, &[F::NAN; B]);
-        };
-        let sight = Sight::new(own.normal(), from.position, part, other);
-        let on_it = part.ends.contains(&from.position);
-        if sight.distance > zero() && !on_it {
-            return of_whole(panels, &sight, each);
-        }
-        // In a corner: all that is seen of the part is seen where it begins.
-        let place = if part.ends[0] == own.ends[1] {
-            -one::<F>()
-        } else {
-            one()
-        };
-        each(self.unobstructed(from, part), &legendre(place));
-    }
-}
-
 impl<F: Real, C> Room<'_, F, C> {
     /// The form factor from `x` to cell `j`: the light that leaves x and arrives there.
     #[inline]
@@ -220,24 +156,30 @@ impl<F: Real, C> Room<'_, F, C> {
         let Some(part) = self.partition().part(j) else {
             return [F::NAN; B];
         };
-        let (viewer, mut sums) = (x.viewer(), [zero(); B]);
         if self.is_at_end(x, part.wall) {
-            self.in_corner(&viewer, part.wall, &mut |cell, own: &[F; B]| {
+            let mut sums = [zero(); B];
+            self.in_corner(&x.viewer(), part.wall, &mut |cell, own: &[F; B]| {
                 if cell == j {
                     sums = *own;
                 }
             });
             return sums;
         }
+        self.moments_of_part(x, &part)
+    }
+
+    /// The moments of what a point sees of a part of a wall.
+    fn moments_of_part<const B: usize>(&self, x: &Point<F>, part: &Part<F>) -> [F; B] {
+        let (viewer, mut sums) = (x.viewer(), [zero(); B]);
         let mut piece = |whole, right, left| {
             plus(
                 &mut sums,
-                &self.moments_of::<B>(&viewer, &part, ([right, left], whole)),
+                &self.moments_of::<B>(&viewer, part, ([right, left], whole)),
             );
         };
         // Called by its address, so that the sweep is compiled once for all degrees.
         let piece: &mut dyn FnMut(bool, Vector<F>, Vector<F>) = &mut piece;
-        self.geometry().visible_pieces(&viewer, &part, piece);
+        self.geometry().visible_pieces(&viewer, part, piece);
         sums
     }
 
@@ -247,8 +189,8 @@ impl<F: Real, C> Room<'_, F, C> {
         let Some(found) = self.geometry().walls().get(wall) else {
             return F::NAN;
         };
-        let part = found.part(wall as u32);
-        self.geometry().visible(&x.viewer(), &part)
+        let [factor] = self.moments_of_part(x, &found.part(wall as u32));
+        factor
     }
 
     /// Calls `each` with the cells that a point sees and their [moments](Self::form_factors), wall by wall; with one that is seen in several
@@ -302,13 +244,13 @@ impl<F: Real, C> Room<'_, F, C> {
         }
     }
 
-    /// The moments of a piece of a cell.
+    /// The moments of a piece of a part, between two directions from right to left; whether it is all of the part.
     #[inline]
     fn moments_of<const B: usize>(
         &self,
-        viewer: &Viewer<F>,
+        from: &Viewer<F>,
         part: &Part<F>,
-        piece: ([Vector<F>; 2], bool),
+        ([right, left], is_whole): ([Vector<F>; 2], bool),
     ) -> [F; B] {
         const {
             assert!(
@@ -316,14 +258,47 @@ impl<F: Real, C> Room<'_, F, C> {
                 "a cell of a room has from 1 to 5 functions"
             );
         }
+        let (geometry, panels) = (self.geometry(), self.panels(B));
+        if is_whole && B == 1 {
+            return [geometry.unobstructed(from, part); B];
+        }
+        let (Some(own), Some(other)) = (geometry.wall(from.wall), geometry.wall(part.wall)) else {
+            return [F::NAN; B];
+        };
         let mut sums = [zero(); B];
         let mut add = |share: F, psi: &[F; B]| {
             for (sum, &psi) in sums.iter_mut().zip(psi) {
                 *sum += share * psi;
             }
         };
-        self.geometry()
-            .measure_piece(self.panels(B), viewer, part, piece, &mut add);
+        let sight = || Sight::new(own.normal(), from.position, part, other);
+        if !is_whole {
+            let share = factor(own.normal(), right, left, cross(right, left));
+            // Between the shadows of walls that meet, or end on another, rounding may leave a gap.
+            let gap = F::from_f64(4.0) * F::EPSILON;
+            if !(share > gap) {
+                return sums;
+            }
+            if B == 1 {
+                return [share; B];
+            }
+            let sight = sight();
+            let ends = [right, left].each(|d| sight.meets(d, other));
+            of_interval(panels, &sight, ends, &mut add);
+            return sums;
+        }
+        let sight = sight();
+        if sight.distance > zero() && !part.ends.contains(&from.position) {
+            of_whole(panels, &sight, &mut add);
+            return sums;
+        }
+        // In a corner: all that is seen of the part is seen where it begins.
+        let place = if part.ends[0] == own.ends[1] {
+            -one::<F>()
+        } else {
+            one()
+        };
+        add(geometry.unobstructed(from, part), &legendre(place));
         sums
     }
 

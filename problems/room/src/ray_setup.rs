@@ -10,9 +10,9 @@ use fredholm_surfaces::Tint;
 
 use crate::ray_boxes::{Builder, CellRays};
 use crate::rays::{GAUSS, between, polynomials};
-use crate::shadows::Shadows;
+use crate::shadows;
 use crate::views::{ShadowEnd, edges};
-use crate::{Point, RayTables, Room, RoomError};
+use crate::{Point, RayTables, Room, RoomError, Scene};
 
 /// The standard deviation of G relative to the residual of v, which no ray can mend, at which boxes are narrow enough: a
 /// variance of a quarter of its square.
@@ -30,7 +30,7 @@ const GRADES: i32 = 12;
 /// ```
 /// use fredholm_core::{At, Batch, Channels, Goal, Goals, Job, Value};
 /// use fredholm_room::{
-///     CoarseSolution, Colours, Enclosure, Grading, Material, Mesh, RaySetup, Scene, Surface, Tables,
+///     CoarseSolution, Colours, Enclosure, Grading, Material, Mesh, RayNeighbour, RaySetup, Scene, Surface, Tables,
 /// };
 ///
 /// let grey = [Material { reflectance: 0.5, emission: 0.0 }];
@@ -49,13 +49,13 @@ const GRADES: i32 = 12;
 /// );
 /// let colours = Colours::<_, 2> { channels: 2, reflectances: &reflectances, emissions: &emissions };
 /// let room = tables.room().with_colours(colours)?;
-/// let coarse = CoarseSolution::of_channels(&scene, 100, &colours)?;
+/// let coarse = CoarseSolution::new(&scene, 100, &colours)?;
 /// let mut v = vec![0.0; 4 * mesh.len()];
 /// for (cell, own) in v.chunks_exact_mut(4).enumerate() {
 ///     coarse.step::<_, 2>(&room, cell, own);
 /// }
 /// let rays = RaySetup::<_, 2>::new(&room, &v)?.tables()?;
-/// let neighbour = rays.neighbour::<_, 2>(&room, &v)?;
+/// let neighbour = RayNeighbour::<_, _, 2>::new(&room, &v, rays.control())?;
 ///
 /// // Radiosity in the middle of the floor by 10,000 walks.
 /// let goals = [Goal { functional: At(room.on_wall(0, 0.5)?), control_mean: None, known: Channels::splat(2, 0.0) }];
@@ -75,7 +75,7 @@ pub struct RaySetup<'s, E, const B: usize> {
     /// The standard deviation of a ray's estimate of T_k v/ρ that is small enough, in every channel.
     noise: Vec<f64>,
     /// Where boxes end besides at vertices.
-    shadows: &'s [ShadowEnd],
+    shadows: Vec<ShadowEnd>,
 }
 
 impl<'s, 'a, C: Tint<f64>, const B: usize> RaySetup<'s, Room<'a, f64, C>, B> {
@@ -93,7 +93,7 @@ impl<'s, 'a, C: Tint<f64>, const B: usize> RaySetup<'s, Room<'a, f64, C>, B> {
             equation,
             v,
             noise: Vec::new(),
-            shadows: &[],
+            shadows: Vec::new(),
         };
         setup.noise = setup.residuals();
         for (channel, noise) in setup.noise.iter_mut().enumerate() {
@@ -104,12 +104,12 @@ impl<'s, 'a, C: Tint<f64>, const B: usize> RaySetup<'s, Room<'a, f64, C>, B> {
         Ok(setup)
     }
 
-    /// Lets boxes end at the ends of shadows, too, where v has kinks: with 100 to 400 cells of degree 4 around a corner that leaves a
-    /// fifth of the standard deviation.
+    /// Lets boxes end at the ends of the shadows of a scene's lights, too, where v has kinks: with 100 to 400 cells of degree 4 around a
+    /// corner that leaves a fifth of the standard deviation.
     #[must_use]
-    pub fn with_shadows(mut self, shadows: &'s Shadows) -> Self {
-        self.shadows = shadows.all();
-        self
+    pub fn with_shadows(self, scene: &Scene) -> Self {
+        let shadows = shadows::ends(scene);
+        Self { shadows, ..self }
     }
 
     /// The root mean squares of v − T_k v − F over ρ, over the walls, in every channel.
@@ -164,7 +164,7 @@ impl<'s, 'a, C: Tint<f64>, const B: usize> RaySetup<'s, Room<'a, f64, C>, B> {
                 None => to.fill(0.0),
             },
             noise: &self.noise,
-            shadows: self.shadows,
+            shadows: &self.shadows,
         };
         builder.cell(cell)
     }

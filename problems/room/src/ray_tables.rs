@@ -4,15 +4,12 @@ use alloc::vec::Vec;
 
 use fredholm_core::Real;
 use fredholm_core::galerkin::{reserve, rounded};
-use fredholm_surfaces::Tint;
 
+use crate::RoomError;
 use crate::ray_boxes::CellRays;
-use crate::rays::{
-    OF_INTERVAL, OWN, PRODUCTS, RayControl, RayNeighbour, Share, Stretch, TERMS, add_mean,
-};
-use crate::{Room, RoomError};
+use crate::rays::{OF_INTERVAL, OWN, PRODUCTS, RayControl, Share, Stretch, TERMS, add_mean};
 
-/// The tables of a [`RayNeighbour`].
+/// The tables of a [`RayNeighbour`](crate::RayNeighbour).
 #[derive(Clone, Debug)]
 pub struct RayTables<F> {
     channels: usize,
@@ -142,17 +139,5 @@ impl<F: Real> RayTables<F> {
             boxes: &self.boxes,
             shares: &self.shares,
         }
-    }
-
-    /// The neighbour equation of v, which has B numbers of every channel, cell by cell, with these tables.
-    ///
-    /// # Errors
-    /// [`RoomError::Length`], [`RoomError::Tables`]: v or the tables are those of other cells or channels.
-    pub fn neighbour<'n, 'a, C: Tint<F>, const B: usize>(
-        &'n self,
-        equation: &'n Room<'a, F, C>,
-        v: &'n [F],
-    ) -> Result<RayNeighbour<'n, Room<'a, F, C>, F, B>, RoomError> {
-        RayNeighbour::new(equation, v, self.control())
     }
 }

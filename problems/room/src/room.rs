@@ -369,24 +369,14 @@ impl<'a, F: Real, C> Room<'a, F, C> {
 
     /// Whether `x` sees `y`: the first wall on the way from x is that of y.
     fn sees(&self, x: &Point<F>, y: &Point<F>) -> bool {
-        let Some(from) = self.geometry.wall(x.wall) else {
-            return false;
-        };
         let to = sub(y.position, x.position);
         let length = norm(to);
         if !(length > zero()) {
             return false;
         }
         let direction = [to[0] / length, to[1] / length];
-        let backs = if self.geometry.is_open() {
-            Backs::Block
-        } else {
-            Backs::Pass
-        };
-        let hit = self
-            .geometry
-            .nearest(from, x.wall, x.position, direction, backs);
-        hit.is_some_and(|hit| hit.wall == y.wall && !hit.back)
+        let hit = self.geometry.cast(x.wall, x.position, direction);
+        hit.is_some_and(|hit| hit.wall == y.wall)
     }
 }
 

@@ -12,7 +12,7 @@ use robust::{Coord, orient2d};
 use crate::RoomError;
 use crate::covered::{self, Covered};
 use crate::error::Place;
-use crate::geometry::{Backs, Geometry, Node, Segment, Strip, Wall};
+use crate::geometry::{Backs, Geometry, Node, Strip, Wall};
 use crate::hierarchy;
 use crate::vector::{Vector, along, cross, dot, norm, sub};
 
@@ -25,14 +25,6 @@ pub struct Surface<'a> {
     pub materials: &'a [Material],
 }
 
-/// A piece of a segment of a surface: walls are numbered in the order of surfaces and, within one,
-/// in its direction.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Piece {
-    pub(crate) vertices: [u32; 2],
-    pub(crate) place: Place,
-}
-
 /// A validated room, in f64, with coordinates that the walk's scalar has exactly.
 ///
 /// Where walls meet they have a vertex in common: vertices nearer to each other than the scene's
@@ -41,8 +33,10 @@ pub(crate) struct Piece {
 /// rounding.
 #[derive(Clone, Debug)]
 pub struct Scene {
+    /// Pieces of segments, in the order of surfaces and, within one, in its direction.
     pub(crate) walls: Vec<Wall<f64>>,
-    pub(crate) pieces: Vec<Piece>,
+    /// The segment of each.
+    places: Vec<Place>,
     pub(crate) strips: Vec<Strip<f64>>,
     pub(crate) nodes: Vec<Node<f64>>,
     /// The first wall of every surface, and their number.
@@ -59,29 +53,6 @@ fn limits<F: Real>() -> Limits {
     Limits::of::<F>([1e12, 1e100], [1e-6, 1e-100])
 }
 
-/// A segment of a surface before it is split.
-struct Raw {
-    place: Place,
-    ends: [Vector<f64>; 2],
-    /// Numbers of raw vertices.
-    vertices: [u32; 2],
-    material: Material,
-}
-
-impl Raw {
-    /// A wall that has the ends of this one and is nothing else.
-    fn wall(&self) -> Wall<f64> {
-        Wall {
-            ends: self.ends,
-            vertices: self.vertices,
-            tangent: [0.0; 2],
-            length: 0.0,
-            reflectance: 0.0,
-            emission: 0.0,
-        }
-    }
-}
-
 impl Scene {
     /// Checks the surfaces and builds what rays need. F is the scalar of the walks; coordinates are
     /// rounded to it first.
@@ -91,33 +62,14 @@ impl Scene {
     /// # Errors
     /// All of [`RoomError`] that name a place or a surface.
     pub fn new<F: Real>(surfaces: &[Surface<'_>], enclosure: Enclosure) -> Result<Self, RoomError> {
-        let (raw, points) = read::<F>(surfaces)?;
-        let size = extent::<F>(&raw)?;
-        let smallest = limits::<F>().smallest * size;
+        let mut scene = Self::read::<F>(surfaces, enclosure)?;
+        scene.smallest = limits::<F>().smallest * scene.extent::<F>()?;
         let epsilon = F::EPSILON.to_f64();
-        if let Some(short) = raw
-            .iter()
-            .find(|r| norm(sub(r.ends[1], r.ends[0])) <= smallest)
-        {
-            return Err(RoomError::ZeroLength(short.place));
+        let is_short = |wall: &Wall<f64>| wall.length <= scene.smallest;
+        if let Some(short) = scene.walls.iter().position(is_short) {
+            return Err(RoomError::ZeroLength(scene.places[short]));
         }
-        let (pieces, materials) = join(&raw, &points, smallest)?;
-        let walls = pieces
-            .iter()
-            .zip(&materials)
-            .map(|(piece, &material)| wall(piece, &points, material))
-            .collect();
-        let mut scene = Self {
-            walls,
-            pieces,
-            strips: Vec::new(),
-            nodes: Vec::new(),
-            first: Vec::new(),
-            vertices: points,
-            enclosure,
-            covered: Vec::new(),
-            smallest,
-        };
+        scene.join()?;
         scene.check_overlap()?;
         scene.index(surfaces.len(), epsilon);
         scene.check_crossings()?;
@@ -136,14 +88,14 @@ impl Scene {
     /// Builds what finds walls.
     fn index(&mut self, surfaces: usize, epsilon: f64) {
         self.first.clear();
-        for (i, piece) in self.pieces.iter().enumerate() {
-            while self.first.len() <= piece.place.surface {
-                self.first.push(i as u32);
+        for (w, place) in (0..).zip(&self.places) {
+            while self.first.len() <= place.surface {
+                self.first.push(w);
             }
         }
-        self.first.resize(surfaces + 1, self.pieces.len() as u32);
+        self.first.resize(surfaces + 1, self.places.len() as u32);
         let margin = rounding(&self.walls, epsilon);
-        (self.strips, self.nodes) = hierarchy::build(&segments(&self.walls), margin);
+        (self.strips, self.nodes) = hierarchy::build(&self.walls, margin);
     }
 
     /// Leaves out the parts of walls on which obstacles stand.
@@ -151,12 +103,9 @@ impl Scene {
         let covered = covered::find(self, self.enclosure == Enclosure::Open);
         let mut keep = alloc::vec![true; self.walls.len()];
         for (w, by) in covered {
-            let (Some(wall), Some(piece)) = (self.walls.get(w), self.pieces.get(w)) else {
-                continue;
-            };
             self.covered.push(Covered {
-                place: piece.place,
-                ends: wall.ends,
+                place: self.places[w],
+                ends: self.walls[w].ends,
                 by,
             });
             keep[w] = false;
@@ -164,7 +113,7 @@ impl Scene {
         let mut kept = keep.iter();
         self.walls.retain(|_| kept.next() == Some(&true));
         let mut kept = keep.iter();
-        self.pieces.retain(|_| kept.next() == Some(&true));
+        self.places.retain(|_| kept.next() == Some(&true));
     }
 
     /// The parts of surfaces that lie under others, as an obstacle covers a part of the wall on which it stands. They are
@@ -194,7 +143,7 @@ impl Scene {
     /// The surface, and the vertex of it where the segment begins, to which a wall belongs.
     #[must_use]
     pub fn place(&self, wall: usize) -> Option<Place> {
-        self.pieces.get(wall).map(|piece| piece.place)
+        self.places.get(wall).copied()
     }
 
     /// The wall, and the fraction of it, at the fraction `t` of a surface's length, without what is covered of it.
@@ -249,12 +198,10 @@ impl Scene {
     /// No two walls may lie on each other and face the same side.
     fn check_overlap(&self) -> Result<(), RoomError> {
         let mut seen = BTreeMap::new();
-        for piece in &self.pieces {
-            if let Some(&first) = seen.get(&piece.vertices) {
-                let second = piece.place;
+        for (wall, &second) in self.walls.iter().zip(&self.places) {
+            if let Some(first) = seen.insert(wall.vertices, second) {
                 return Err(RoomError::Overlap { first, second });
             }
-            seen.insert(piece.vertices, piece.place);
         }
         Ok(())
     }
@@ -304,14 +251,15 @@ pub(crate) fn rounding(walls: &[Wall<f64>], epsilon: f64) -> f64 {
     margin(ends.flatten(), epsilon)
 }
 
-fn wall(piece: &Piece, points: &[Vector<f64>], material: Material) -> Wall<f64> {
+/// The wall between two vertices.
+fn wall(vertices: [u32; 2], points: &[Vector<f64>], material: Material) -> Wall<f64> {
     let at = |v: u32| points.get(v as usize).copied().unwrap_or_default();
-    let ends = piece.vertices.each(at);
+    let ends = vertices.each(at);
     let span = sub(ends[1], ends[0]);
     let length = norm(span);
     Wall {
         ends,
-        vertices: piece.vertices,
+        vertices,
         tangent: [span[0] / length, span[1] / length],
         length,
         reflectance: material.reflectance,
@@ -319,156 +267,129 @@ fn wall(piece: &Piece, points: &[Vector<f64>], material: Material) -> Wall<f64> 
     }
 }
 
-fn segments(walls: &[Wall<f64>]) -> Vec<Segment<f64>> {
-    let of = |(w, wall): (usize, &Wall<f64>)| Segment {
-        ends: wall.ends,
-        vertices: wall.vertices,
-        wall: w as u32,
-    };
-    walls.iter().enumerate().map(of).collect()
-}
-
-/// Raw segments and raw vertices: every surface has its own.
-fn read<F: Real>(surfaces: &[Surface<'_>]) -> Result<(Vec<Raw>, Vec<Vector<f64>>), RoomError> {
-    if surfaces.is_empty() {
-        return Err(RoomError::Empty);
-    }
-    let round = |x: f64| F::from_f64(x).to_f64();
-    let largest = limits::<F>().largest;
-    let (mut raw, mut points) = (Vec::new(), Vec::new());
-    for (s, surface) in surfaces.iter().enumerate() {
-        let count = surface.points.len().saturating_sub(1);
-        if count == 0 {
-            return Err(RoomError::Vertices { surface: s });
-        }
-        if surface.materials.len() != 1 && surface.materials.len() != count {
-            return Err(RoomError::Materials { surface: s });
-        }
-        let place = |vertex| Place { surface: s, vertex };
-        for (v, &[x, y]) in surface.points.iter().enumerate() {
-            // Written so that NaN fails.
-            if !(x.abs() <= largest && y.abs() <= largest) {
-                return Err(RoomError::Coordinate(place(v)));
+impl Scene {
+    /// The segments of surfaces, of which each has vertices of its own.
+    fn read<F: Real>(surfaces: &[Surface<'_>], enclosure: Enclosure) -> Result<Self, RoomError> {
+        let mut scene = Self {
+            walls: Vec::new(),
+            places: Vec::new(),
+            strips: Vec::new(),
+            nodes: Vec::new(),
+            first: Vec::new(),
+            vertices: Vec::new(),
+            enclosure,
+            covered: Vec::new(),
+            smallest: 0.0,
+        };
+        let round = |x: f64| F::from_f64(x).to_f64();
+        let largest = limits::<F>().largest;
+        for (s, surface) in surfaces.iter().enumerate() {
+            let count = surface.points.len().saturating_sub(1);
+            if count == 0 {
+                return Err(RoomError::Vertices { surface: s });
             }
-            points.push([round(x), round(y)]);
+            if surface.materials.len() != 1 && surface.materials.len() != count {
+                return Err(RoomError::Materials { surface: s });
+            }
+            let place = |vertex| Place { surface: s, vertex };
+            let base = scene.vertices.len();
+            for (v, &[x, y]) in surface.points.iter().enumerate() {
+                // Written so that NaN fails.
+                if !(x.abs() <= largest && y.abs() <= largest) {
+                    return Err(RoomError::Coordinate(place(v)));
+                }
+                scene.vertices.push([round(x), round(y)]);
+            }
+            for (v, &material) in (0..count).zip(surface.materials.iter().cycle()) {
+                material.check::<F>().map_err(|fault| match fault {
+                    MaterialFault::Reflectance => RoomError::Reflectance(place(v)),
+                    MaterialFault::Emission => RoomError::Emission(place(v)),
+                })?;
+                let number = u32::try_from(base + v).map_err(|_| RoomError::Cells)?;
+                let wall = wall([number, number + 1], &scene.vertices, material);
+                scene.walls.push(wall);
+                scene.places.push(place(v));
+            }
         }
-        let materials = surface.materials.iter().cycle();
-        let base = points.len() - surface.points.len();
-        for ((v, pair), &material) in (0..).zip(surface.points.windows(2)).zip(materials) {
-            material.check::<F>().map_err(|fault| match fault {
-                MaterialFault::Reflectance => RoomError::Reflectance(place(v)),
-                MaterialFault::Emission => RoomError::Emission(place(v)),
-            })?;
-            let ends = [pair[0].each(round), pair[1].each(round)];
-            let number = u32::try_from(base + v).map_err(|_| RoomError::Cells)?;
-            raw.push(Raw {
-                place: place(v),
-                ends,
-                vertices: [number, number + 1],
-                material,
+        Ok(scene)
+    }
+
+    /// The larger side of the bounding box.
+    fn extent<F: Real>(&self) -> Result<f64, RoomError> {
+        let &first = self.places.first().ok_or(RoomError::Empty)?;
+        let [low, high] = hull(&self.vertices);
+        let size = (high[0] - low[0]).max(high[1] - low[1]);
+        if size >= limits::<F>().narrowest {
+            Ok(size)
+        } else if size == 0.0 {
+            Err(RoomError::ZeroLength(first))
+        } else {
+            Err(RoomError::Coordinate(first))
+        }
+    }
+
+    /// Makes vertices that are one into one, and splits walls where the ends of others lie on them.
+    fn join(&mut self) -> Result<(), RoomError> {
+        let smallest = self.smallest;
+        (self.strips, self.nodes) = hierarchy::build(&self.walls, smallest);
+        let mut parts = Forest::new(self.vertices.len());
+        // Wall, distance along it, vertex.
+        let mut splits: Vec<(u32, f64, u32)> = Vec::new();
+        for (v, &point) in (0..).zip(&self.vertices) {
+            let outside = |node: &Node<f64>| {
+                let [x, y] = sub(point, node.centre);
+                x.abs() > node.half[0] || y.abs() > node.half[1]
+            };
+            self.geometry().visit(outside, |segment| {
+                let mut at_end = false;
+                for (&end, other) in segment.ends.iter().zip(segment.vertices) {
+                    if norm(sub(point, end)) <= smallest {
+                        at_end = true;
+                        parts.unite(v, other);
+                    }
+                }
+                let span = sub(segment.ends[1], segment.ends[0]);
+                let length = norm(span);
+                let to = sub(point, segment.ends[0]);
+                let (ahead, aside) = (dot(span, to) / length, cross(span, to) / length);
+                if !at_end && aside.abs() <= smallest && ahead > 0.0 && ahead < length {
+                    splits.push((segment.wall, ahead, v));
+                }
             });
         }
-    }
-    Ok((raw, points))
-}
-
-/// The larger side of the bounding box.
-fn extent<F: Real>(raw: &[Raw]) -> Result<f64, RoomError> {
-    let ends: Vec<Vector<f64>> = raw.iter().flat_map(|r| r.ends).collect();
-    let [low, high] = hull(&ends);
-    let size = (high[0] - low[0]).max(high[1] - low[1]);
-    let first = raw.first().map_or(
-        Place {
-            surface: 0,
-            vertex: 0,
-        },
-        |r| r.place,
-    );
-    if size >= limits::<F>().narrowest {
-        Ok(size)
-    } else if size == 0.0 {
-        Err(RoomError::ZeroLength(first))
-    } else {
-        Err(RoomError::Coordinate(first))
-    }
-}
-
-/// Makes vertices that are one into one, and splits segments where the ends of others lie on them.
-fn join(
-    raw: &[Raw],
-    points: &[Vector<f64>],
-    smallest: f64,
-) -> Result<(Vec<Piece>, Vec<Material>), RoomError> {
-    let segments: Vec<Segment<f64>> = raw
-        .iter()
-        .enumerate()
-        .map(|(i, r)| Segment {
-            ends: r.ends,
-            vertices: r.vertices,
-            wall: i as u32,
-        })
-        .collect();
-    let (strips, nodes) = hierarchy::build(&segments, smallest);
-    let walls: Vec<Wall<f64>> = raw.iter().map(Raw::wall).collect();
-    let geometry = Geometry::made(&walls, &strips, &nodes, false);
-    let mut parts = Forest::new(points.len());
-    // Raw segment, distance along it, vertex.
-    let mut splits: Vec<(u32, f64, u32)> = Vec::new();
-    for (v, &point) in points.iter().enumerate() {
-        let v = v as u32;
-        let outside = |node: &Node<f64>| {
-            let [x, y] = sub(point, node.centre);
-            x.abs() > node.half[0] || y.abs() > node.half[1]
-        };
-        geometry.visit(outside, |segment| {
-            let near = segment
-                .ends
-                .iter()
-                .zip(segment.vertices)
-                .filter(|(end, _)| norm(sub(point, **end)) <= smallest);
-            let mut at_end = false;
-            for (_, other) in near {
-                at_end = true;
-                parts.unite(v, other);
+        splits.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        let mut splits = splits.into_iter().peekable();
+        let walls = core::mem::take(&mut self.walls).into_iter();
+        let places = core::mem::take(&mut self.places);
+        for ((w, raw), place) in (0..).zip(walls).zip(places) {
+            let material = Material {
+                reflectance: raw.reflectance,
+                emission: raw.emission,
+            };
+            let mut push = |from: u32, to: u32| {
+                let wall = wall([from, to], &self.vertices, material);
+                self.walls.push(wall);
+                self.places.push(place);
+            };
+            let [start, end] = raw.vertices.each(|v| parts.root(v));
+            let mut from = start;
+            while let Some((_, _, v)) = splits.next_if(|split| split.0 == w) {
+                let v = parts.root(v);
+                if v != from && v != start && v != end {
+                    push(from, v);
+                    from = v;
+                }
             }
-            let span = sub(segment.ends[1], segment.ends[0]);
-            let length = norm(span);
-            let to = sub(point, segment.ends[0]);
-            let (ahead, aside) = (dot(span, to) / length, cross(span, to) / length);
-            if !at_end && aside.abs() <= smallest && ahead > 0.0 && ahead < length {
-                splits.push((segment.wall, ahead, v));
+            if from == end {
+                return Err(RoomError::ZeroLength(place));
             }
-        });
-    }
-    splits.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
-    let (mut pieces, mut materials) = (Vec::with_capacity(raw.len()), Vec::new());
-    let mut splits = splits.into_iter().peekable();
-    for (i, r) in raw.iter().enumerate() {
-        let [start, end] = r.vertices.each(|v| parts.root(v));
-        let mut from = start;
-        let mut push = |from: u32, to: u32| {
-            pieces.push(Piece {
-                vertices: [from, to],
-                place: r.place,
-            });
-            materials.push(r.material);
-        };
-        while let Some((_, _, v)) = splits.next_if(|s| s.0 as usize == i) {
-            let v = parts.root(v);
-            if v != from && v != start && v != end {
-                push(from, v);
-                from = v;
-            }
+            push(from, end);
         }
-        if from == end {
-            return Err(RoomError::ZeroLength(r.place));
+        if u32::try_from(self.walls.len()).is_err() {
+            return Err(RoomError::Cells);
         }
-        push(from, end);
+        Ok(())
     }
-    if u32::try_from(pieces.len()).is_err() {
-        return Err(RoomError::Cells);
-    }
-    Ok((pieces, materials))
 }
 
 /// Whether the box is off the wall.

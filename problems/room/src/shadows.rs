@@ -6,7 +6,7 @@ use fredholm_core::array::Each;
 use crate::closed::standing_out;
 use crate::geometry::{Backs, nobody};
 use crate::scene::Scene;
-use crate::vector::{Vector, cross, norm, sub};
+use crate::vector::{Vector, along, cross, norm, sub};
 use crate::views::ShadowEnd;
 
 /// Distances along every wall at which an end of a light is in line with a vertex that stands out
@@ -17,49 +17,16 @@ pub(crate) fn of_lights(scene: &Scene) -> Vec<Vec<f64>> {
 }
 
 /// The ends of the shadows of lights on the walls of a scene, where u has kinks.
-///
-/// ```
-/// use fredholm_room::{Enclosure, Material, Scene, Shadows, Surface};
-///
-/// let [grey, lamp] = [(0.5, 0.0), (0.0, 1.0)].map(|(reflectance, emission)| [Material { reflectance, emission }]);
-/// // Around a corner at (1.2, 0.75), past which the lamp's upper end is in line with (2.4, 0.75) on the right wall, and its lower
-/// // end with (1.92, 1.2) on the ceiling.
-/// let points = [[0.0, 0.0], [2.4, 0.0], [2.4, 1.2], [1.2, 1.2], [1.2, 0.75], [0.0, 0.75]];
-/// let surfaces = [
-///     Surface { points: &points, materials: &grey },
-///     Surface { points: &[[0.0, 0.75], [0.0, 0.0]], materials: &lamp },
-/// ];
-/// let scene = Scene::new::<f64>(&surfaces, Enclosure::Closed)?;
-/// assert!(Shadows::new(&scene).ends().any(|[x, y]| (x - 1.92).abs() < 1e-12 && (y - 1.2).abs() < 1e-12));
-/// # Ok::<(), fredholm_room::RoomError>(())
-/// ```
-#[derive(Clone, Debug)]
-pub struct Shadows(Vec<ShadowEnd>);
-
-impl Shadows {
-    /// Finds where the shadows of the lights of a scene end.
-    #[must_use]
-    pub fn new(scene: &Scene) -> Self {
-        let walls = (0..).zip(&scene.walls).zip(of_lights(scene));
-        let all = walls.flat_map(|((number, wall), places)| {
-            let ([x, y], [a, b]) = (wall.ends[0], wall.tangent);
-            let end = move |along: f64| ShadowEnd {
-                wall: number,
-                position: [x + along * a, y + along * b],
-            };
-            places.into_iter().map(end)
-        });
-        Self(all.collect())
-    }
-
-    /// The positions, in the units of the scene.
-    pub fn ends(&self) -> impl Iterator<Item = [f64; 2]> {
-        self.0.iter().map(|end| end.position)
-    }
-
-    pub(crate) fn all(&self) -> &[ShadowEnd] {
-        &self.0
-    }
+pub(crate) fn ends(scene: &Scene) -> Vec<ShadowEnd> {
+    let walls = (0..).zip(&scene.walls).zip(of_lights(scene));
+    let ends = walls.flat_map(|((number, wall), places)| {
+        let end = move |distance: f64| ShadowEnd {
+            wall: number,
+            position: along(wall.ends[0], distance, wall.tangent),
+        };
+        places.into_iter().map(end)
+    });
+    ends.collect()
 }
 
 /// The vertices at which the emission jumps.

@@ -79,28 +79,6 @@ impl<F: Real> Geometry<'_, F> {
         factor(own.normal(), a, b, cross(a, b))
     }
 
-    /// The form factor from a point to what it sees of a part.
-    #[inline]
-    pub(crate) fn visible(&self, from: &Viewer<F>, part: &Part<F>) -> F {
-        let Some(own) = self.wall(from.wall) else {
-            return F::NAN;
-        };
-        let mut sum = zero::<F>();
-        self.visible_pieces(from, part, |whole, a, b| {
-            if whole {
-                // The more accurate form.
-                sum = self.unobstructed(from, part);
-            } else {
-                // Between the shadows of walls that meet, or end on another, rounding may leave a
-                // gap.
-                let gap = F::from_f64(4.0) * F::EPSILON;
-                let part = factor(own.normal(), a, b, cross(a, b));
-                sum += if part > gap { part } else { zero() };
-            }
-        });
-        sum
-    }
-
     /// Calls `piece` for every visible interval of directions, from right to left, and tells it
     /// whether that is the whole part.
     // Never inlined: the loop over shadows has more registers by itself, whatever calls it.

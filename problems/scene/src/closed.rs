@@ -10,7 +10,7 @@ use crate::SceneError;
 use crate::geometry::{Face, Node};
 use crate::ray::Backs;
 use crate::scene::Scene;
-use crate::vector::{Vector, along, centroid, cross, dot, least_axis, norm, sub, turn, unit};
+use crate::vector::{Vector, along, centroid, cross, dot, least_axis, norm, ring, sub, turn, unit};
 
 /// A face at one of the edges around it.
 #[derive(Clone, Copy, Debug)]
@@ -39,8 +39,7 @@ pub(crate) fn check(scene: &Scene) -> Result<(), SceneError> {
         if !alternates(around) {
             return Err(wrong_at_edge(scene, around));
         }
-        let next = around.iter().cycle().skip(1);
-        for (a, b) in around.iter().zip(next) {
+        for [a, b] in ring(around) {
             shells.unite(side(a.face, a.starts), side(b.face, a.starts));
         }
     }
@@ -100,8 +99,7 @@ fn sort(scene: &Scene, around: &mut [Spoke]) {
 }
 
 fn alternates(around: &[Spoke]) -> bool {
-    let next = around.iter().cycle().skip(1);
-    around.iter().zip(next).all(|(a, b)| a.starts != b.starts)
+    ring(around).all(|[a, b]| a.starts != b.starts)
 }
 
 /// Swaps neighbours in one direction where sectors would not alternate, beginning with one of the

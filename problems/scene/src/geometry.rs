@@ -3,7 +3,7 @@
 use fredholm_core::Real;
 #[cfg(feature = "alloc")]
 use fredholm_surfaces::leaves;
-use fredholm_surfaces::{DEPTH, TreeNode, is_tree};
+use fredholm_surfaces::{DEPTH, Material, TreeNode, is_tree};
 use num_traits::{one, zero};
 
 use crate::SceneError;
@@ -42,6 +42,15 @@ impl<F: Real> Face<F> {
     pub fn polygon(&self) -> &[[F; 3]] {
         let all = self.corners.as_slice();
         all.get(..self.count as usize).unwrap_or(all)
+    }
+
+    /// The material.
+    #[must_use]
+    pub fn material(&self) -> Material {
+        Material {
+            reflectance: self.reflectance.to_f64(),
+            emission: self.emission.to_f64(),
+        }
     }
 
     /// The distance of `point` from the plane of the face, positive on the active side.

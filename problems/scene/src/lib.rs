@@ -52,9 +52,9 @@ pub use fredholm_surfaces::{
 };
 pub use geometry::{Face, Geometry, Node, Triangle};
 pub use lambert::{form_factor_from_origin, form_factor_of_point};
+pub use means::Mean;
 #[cfg(feature = "alloc")]
 pub use means::areas;
-pub use means::{FaceStarts, Mean};
 #[cfg(feature = "alloc")]
 pub use mesh::Cells;
 pub use radiosity::{Point, Radiosity};

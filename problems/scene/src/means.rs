@@ -56,7 +56,7 @@ pub fn areas<F: Real>(
 }
 
 impl<'a, F: Real> Mean<'a, F> {
-    /// The mean over these faces, whose [`areas`] are `ends`.
+    /// The mean over these faces, each once, whose [`areas`] are `ends`.
     ///
     /// # Errors
     /// [`SceneError::Face`]: there is no such face; [`SceneError::Empty`]: there is none; [`SceneError::Length`]: not one
@@ -165,46 +165,25 @@ where
     }
 }
 
-/// Starts of the walks of a global estimate that are uniform on all faces, p0 = 1/A.
+/// Starts of the walks of a global estimate are uniform on the faces, p0 = 1/A.
 ///
-/// p is symmetric, as light goes both ways: a chain that no ray leaves preserves p0. Of others, which walks leave more often in
-/// some places than in others, starts alone have it.
-#[derive(Clone, Copy, Debug)]
-pub struct FaceStarts<'a, F>(Mean<'a, F>);
-
-impl<'a, F: Real> FaceStarts<'a, F> {
-    /// The starts of a scene: `faces` are all of them, and `ends` their [`areas`].
-    ///
-    /// # Errors
-    /// As [`Mean::new`]; [`SceneError::Length`]: these are not as many as there are faces.
-    pub fn new(
-        geometry: Geometry<'a, F>,
-        faces: &'a [u32],
-        ends: &'a [F],
-    ) -> Result<Self, SceneError> {
-        let (expected, found) = (geometry.faces().len(), faces.len());
-        if expected != found {
-            return Err(SceneError::Length { expected, found });
-        }
-        Ok(Self(Mean::new(geometry, faces, ends)?))
-    }
-}
-
-impl<F: Real, E> Stationary<E> for FaceStarts<'_, F>
+/// p is symmetric, as light goes both ways: on all faces of a scene, a chain that no ray leaves preserves p0. Of others, which walks leave
+/// more often in some places than in others, starts alone have it.
+impl<F: Real, E> Stationary<E> for Mean<'_, F>
 where
     E: Space<Scalar = F, Point = Point<F>>,
 {
     #[inline]
     fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> Point<F> {
-        self.0.point(uniforms)
+        self.point(uniforms)
     }
 
     #[inline]
     fn start_density(&self, _: &Point<F>) -> f64 {
-        1.0 / self.0.area.to_f64()
+        1.0 / self.area.to_f64()
     }
 
     fn is_preserved(&self) -> bool {
-        !self.0.geometry.is_open()
+        self.faces.len() == self.geometry.faces().len() && !self.geometry.is_open()
     }
 }

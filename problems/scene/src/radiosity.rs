@@ -9,7 +9,7 @@ use crate::cells::{CellTables, FacePatch, folded, polynomials};
 use crate::geometry::{Face, Geometry};
 use crate::ray::{Backs, Hit};
 use crate::skylight::SKY;
-use crate::vector::{Vector, along, cross, dot, norm, sub};
+use crate::vector::{Vector, along, cross, dot, norm, ring, sub};
 use fredholm_surfaces::{Grey, Tint};
 
 /// A point of a face, or of the sky.
@@ -325,9 +325,7 @@ impl<F: Real> Geometry<'_, F> {
         let width = own.area.sqrt();
         let slack = width * Real::max(F::from_f64(1e-6), F::from_f64(64.0) * F::EPSILON);
         let foot = along(position, -height, own.normal);
-        let polygon = own.polygon();
-        let next = polygon.iter().cycle().skip(1);
-        let is_inside = polygon.iter().zip(next).all(|(&a, &b)| {
+        let is_inside = ring(own.polygon()).all(|[a, b]| {
             let edge = sub(b, a);
             let inwards = cross(own.normal, edge);
             dot(inwards, sub(foot, a)) >= -slack * norm(edge)

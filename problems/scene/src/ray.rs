@@ -2,7 +2,7 @@
 
 use fredholm_core::Real;
 pub(crate) use fredholm_surfaces::Backs;
-use fredholm_surfaces::DEPTH;
+use fredholm_surfaces::{DEPTH, Trace, trace};
 use num_traits::{one, zero};
 
 use crate::geometry::{Face, Geometry, Node, Triangle};
@@ -24,6 +24,7 @@ pub struct Hit<F> {
 /// A ray, and the frame in which it is the third axis: a shear of the axes, of which the longest of
 /// the direction is the last (Woop, Benthin and Wald 2013).
 struct Ray<'a, F> {
+    triangles: &'a [Triangle<F>],
     emitter: Option<&'a Face<F>>,
     /// The number of the emitter's plane.
     plane: u32,
@@ -37,6 +38,9 @@ struct Ray<'a, F> {
     near: F,
     /// So are those below this.
     floor: F,
+    /// The distance of what it met.
+    limit: F,
+    best: Option<Met<F>>,
 }
 
 /// A triangle that a ray meets.
@@ -50,6 +54,7 @@ struct Met<F> {
 
 impl<'a, F: Real> Ray<'a, F> {
     fn new(
+        triangles: &'a [Triangle<F>],
         emitter: Option<&'a Face<F>>,
         origin: Vector<F>,
         direction: Vector<F>,
@@ -80,6 +85,7 @@ impl<'a, F: Real> Ray<'a, F> {
             }
         };
         Self {
+            triangles,
             emitter,
             plane: emitter.map_or(u32::MAX, |face| face.plane),
             origin,
@@ -96,23 +102,9 @@ impl<'a, F: Real> Ray<'a, F> {
             floor: F::from_f64(1024.0)
                 * F::EPSILON
                 * origin[0].abs().max(origin[1].abs()).max(origin[2].abs()),
+            limit: F::from_f64(1e30),
+            best: None,
         }
-    }
-
-    /// The distance at which the ray enters a box, if it does before `limit`.
-    #[inline(always)]
-    fn entry(&self, node: &Node<F>, limit: F) -> Option<F> {
-        let (mut enter, mut leave) = (zero::<F>(), limit);
-        let mut k = 0;
-        while k < 3 {
-            let a = (node.low[k] - self.origin[k]) * self.per_direction[k];
-            let b = (node.high[k] - self.origin[k]) * self.per_direction[k];
-            let (near, far) = if a < b { (a, b) } else { (b, a) };
-            enter = if near > enter { near } else { enter };
-            leave = if far < leave { far } else { leave };
-            k += 1;
-        }
-        (enter <= leave).then_some(enter)
     }
 
     /// Where the ray meets a triangle: see [`Geometry::cast`].
@@ -201,6 +193,53 @@ impl<'a, F: Real> Ray<'a, F> {
         } else {
             distance.max(zero())
         })
+    }
+}
+
+impl<F: Real> Trace<Node<F>> for Ray<'_, F> {
+    type Distance = F;
+
+    #[inline(always)]
+    fn entry(&self, node: &Node<F>) -> Option<F> {
+        let (mut enter, mut leave) = (zero::<F>(), self.limit);
+        let mut k = 0;
+        while k < 3 {
+            let a = (node.low[k] - self.origin[k]) * self.per_direction[k];
+            let b = (node.high[k] - self.origin[k]) * self.per_direction[k];
+            let (near, far) = if a < b { (a, b) } else { (b, a) };
+            enter = if near > enter { near } else { enter };
+            leave = if far < leave { far } else { leave };
+            k += 1;
+        }
+        (enter <= leave).then_some(enter)
+    }
+
+    /// Meets the triangles of a leaf.
+    #[inline(always)]
+    fn meet(&mut self, node: &Node<F>) {
+        let first = node.first as usize;
+        let leaf = self.triangles.get(first..first + node.count as usize);
+        for (triangle, number) in leaf.unwrap_or(&[]).iter().zip(node.first..) {
+            if let Some((weights, distance, back)) = self.meets(triangle) {
+                // Twins back to back are met at one distance, but for rounding: the active
+                // side counts.
+                let twin = self.best.as_ref().filter(|b| b.plane == triangle.plane);
+                let first = match twin {
+                    Some(twin) if twin.back != back => twin.back,
+                    _ => distance < self.limit,
+                };
+                if first {
+                    self.limit = distance;
+                    self.best = Some(Met {
+                        triangle: number,
+                        plane: triangle.plane,
+                        weights,
+                        distance,
+                        back,
+                    });
+                }
+            }
+        }
     }
 }
 
@@ -294,8 +333,8 @@ impl<F: Real> Geometry<'_, F> {
         direction: Vector<F>,
         backs: Backs,
     ) -> Option<Hit<F>> {
-        let ray = Ray::new(emitter, origin, direction, backs);
-        let met = self.trace(&ray)?;
+        let ray = Ray::new(self.triangles(), emitter, origin, direction, backs);
+        let met = self.trace(ray)?;
         let triangle = self.triangles().get(met.triangle as usize)?;
         let point = triangle.axes.map(|axis| dot(axis, met.weights));
         Some(Hit {
@@ -306,85 +345,10 @@ impl<F: Real> Geometry<'_, F> {
         })
     }
 
-    /// The first triangle that a ray meets: nodes in the order of their distances, those that wait
-    /// on a stack of fixed size.
-    fn trace(&self, ray: &Ray<'_, F>) -> Option<Met<F>> {
-        let nodes = self.nodes();
-        let mut best: Option<Met<F>> = None;
-        let mut limit = F::from_f64(1e30);
-        let mut stack = [(0_u32, zero::<F>()); DEPTH + 2];
-        let mut top = 0;
-        let mut current = 0_u32;
-        'nodes: while let Some(node) = nodes.get(current as usize) {
-            if node.count == 0 {
-                let Some([left, right, ..]) = nodes.get(node.first as usize..) else {
-                    break;
-                };
-                let (a, b) = (node.first, node.first + 1);
-                match (ray.entry(left, limit), ray.entry(right, limit)) {
-                    (Some(near_a), Some(near_b)) => {
-                        let (next, wait) = if near_a <= near_b {
-                            (a, (b, near_b))
-                        } else {
-                            (b, (a, near_a))
-                        };
-                        if let Some(place) = stack.get_mut(top) {
-                            *place = wait;
-                            top += 1;
-                        }
-                        current = next;
-                        continue;
-                    }
-                    (Some(_), None) => {
-                        current = a;
-                        continue;
-                    }
-                    (None, Some(_)) => {
-                        current = b;
-                        continue;
-                    }
-                    (None, None) => {}
-                }
-            } else {
-                let first = node.first as usize;
-                let leaf = self.triangles().get(first..first + node.count as usize);
-                for (triangle, number) in leaf.unwrap_or(&[]).iter().zip(node.first..) {
-                    if let Some((weights, distance, back)) = ray.meets(triangle) {
-                        // Twins back to back are met at one distance, but for rounding: the active
-                        // side counts.
-                        let twin = best.as_ref().filter(|b| b.plane == triangle.plane);
-                        let first = match twin {
-                            Some(twin) if twin.back != back => twin.back,
-                            _ => distance < limit,
-                        };
-                        if first {
-                            limit = distance;
-                            best = Some(Met {
-                                triangle: number,
-                                plane: triangle.plane,
-                                weights,
-                                distance,
-                                back,
-                            });
-                        }
-                    }
-                }
-            }
-            loop {
-                if top == 0 {
-                    break 'nodes;
-                }
-                top -= 1;
-                let Some(&(node, near)) = stack.get(top) else {
-                    break 'nodes;
-                };
-                if near <= limit {
-                    current = node;
-                    break;
-                }
-            }
-        }
-        best
+    /// The first triangle that a ray meets.
+    fn trace(&self, mut ray: Ray<'_, F>) -> Option<Met<F>> {
+        trace::<_, { DEPTH + 2 }>(self.nodes(), &mut ray);
+        ray.best
     }
 }
 

@@ -23,7 +23,7 @@ pub use material::{Material, MaterialFault, STEFAN_BOLTZMANN};
 #[cfg(feature = "alloc")]
 pub use tint::ColourTables;
 pub use tint::{Colours, Grey, Tint, Wide, share};
-pub use tree::{DEPTH, TreeNode, is_tree, leaves};
+pub use tree::{DEPTH, Trace, TreeNode, is_tree, leaves, trace};
 
 /// Whether light may leave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

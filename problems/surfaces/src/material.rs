@@ -1,6 +1,6 @@
 //! What surfaces are made of.
 
-use fredholm_core::{Real, Value};
+use fredholm_core::{Estimate, Real, Value};
 use num_traits::{one, zero};
 
 use crate::Tint;
@@ -75,6 +75,28 @@ impl Material {
     #[must_use]
     pub const fn net_flux(&self, irradiance: f64) -> f64 {
         self.emission - (1.0 - self.reflectance) * irradiance
+    }
+
+    /// The net flux out of the surface, by an estimate of the irradiance.
+    #[must_use]
+    pub fn net_flux_of(&self, irradiance: Estimate) -> Estimate {
+        let scale = |x: Option<f64>| x.map(|x| (1.0 - self.reflectance) * x);
+        Estimate {
+            estimate: self.net_flux(irradiance.estimate),
+            std_error: scale(irradiance.std_error),
+            std_dev: scale(irradiance.std_dev),
+        }
+    }
+
+    /// The irradiance H = (u − F)/ρ, by an estimate of u.
+    #[must_use]
+    pub fn irradiance_of(&self, u: Estimate) -> Estimate {
+        let scale = |x: Option<f64>| x.map(|x| x / self.reflectance);
+        Estimate {
+            estimate: (u.estimate - self.emission) / self.reflectance,
+            std_error: scale(u.std_error),
+            std_dev: scale(u.std_dev),
+        }
     }
 
     /// The largest reflectance and the largest emission of some materials: of one surface in several channels.

@@ -55,6 +55,7 @@ pub fn is_tree<N: TreeNode>(nodes: &[N], levels: usize, right: impl Fn(&N) -> bo
 }
 
 /// What the leaves hold that are in no box that is `outside`.
+#[inline(always)]
 pub fn leaves<N: TreeNode>(
     nodes: &[N],
     mut outside: impl FnMut(&N) -> bool,
@@ -79,4 +80,57 @@ pub fn leaves<N: TreeNode>(
         }
         None
     })
+}
+
+/// A ray that looks for the first thing that it meets in a tree.
+pub trait Trace<N> {
+    /// The type of distances.
+    type Distance: PartialOrd;
+
+    /// The distance at which the ray may enter a box, if it does before what it has met.
+    fn entry(&self, node: &N) -> Option<Self::Distance>;
+
+    /// Meets what a leaf holds.
+    fn meet(&mut self, leaf: &N);
+}
+
+/// Lets a ray meet the leaves of a tree in the order in which it enters boxes. `STACK` is the number of nodes for which there is room
+/// beside it: two more than levels.
+#[inline(always)]
+pub fn trace<N: TreeNode, const STACK: usize>(nodes: &[N], ray: &mut impl Trace<N>) {
+    // Numbers alone: what waits is looked at again, which is seldom and costs less than clearing distances, too.
+    let mut stack = [0_u32; STACK];
+    let mut top = 0;
+    let mut current = 0;
+    while let Some(node) = nodes.get(current as usize) {
+        let first = node.first();
+        let mut next = None;
+        if node.count() > 0 {
+            ray.meet(node);
+        } else if let Some([left, right, ..]) = nodes.get(first as usize..) {
+            next = match (ray.entry(left), ray.entry(right)) {
+                (Some(a), Some(b)) => {
+                    let is_left = a <= b;
+                    if let Some(place) = stack.get_mut(top) {
+                        *place = first + u32::from(is_left);
+                        top += 1;
+                    }
+                    Some(first + u32::from(!is_left))
+                }
+                (Some(_), None) => Some(first),
+                (None, Some(_)) => Some(first + 1),
+                (None, None) => None,
+            };
+        }
+        while next.is_none() && top > 0 {
+            top -= 1;
+            let waits = |&number: &u32| ray.entry(nodes.get(number as usize)?);
+            next = stack
+                .get(top)
+                .copied()
+                .filter(|number| waits(number).is_some());
+        }
+        let Some(number) = next else { return };
+        current = number;
+    }
 }

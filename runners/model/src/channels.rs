@@ -1,12 +1,11 @@
 //! What equations in several channels have in common: names, weighted sums, targets, and what is refused.
 
-use fredholm_core::MOST_CHANNELS;
-use fredholm_core::{Estimate, Statistics};
+use fredholm_core::{Estimate, MOST_CHANNELS, Statistics, Value};
 use fredholm_room::Material;
 
 pub use crate::colours::{ColouredPart, Colours};
-use crate::heat::Optics;
-use crate::{BLANK, Derived, Error, Goal, Heat, Model, Region, Spot, Subject};
+use crate::heat::{ARRIVES, RadiativeExchange};
+use crate::{BLANK, Derived, Error, Goal, Heat, Model, Region, Request, Spot, Subject};
 
 /// The weights of red, green and blue in luminance (ITU-R BT.709, the primaries of sRGB).
 const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
@@ -118,7 +117,7 @@ impl ChannelNames {
         &self,
         goals: &[Goal],
         statistics: &[Statistics],
-        materials: &dyn Fn(&Region) -> Option<Vec<Optics>>,
+        materials: &dyn Fn(&Region) -> Option<Vec<Material>>,
     ) -> Derived {
         let shared = self.names.len();
         let mut heat = Vec::with_capacity(goals.len());
@@ -139,7 +138,7 @@ impl ChannelNames {
     }
 
     /// What follows from u of a channel, or of the sum.
-    fn heat(&self, materials: &[Optics], channel: usize, u: Estimate) -> Option<Heat> {
+    fn heat(&self, materials: &[Material], channel: usize, u: Estimate) -> Option<Heat> {
         let own = match materials.get(channel) {
             Some(own) => *own,
             None => self.sum_of(materials)?,
@@ -147,23 +146,22 @@ impl ChannelNames {
         if own.reflectance <= 0.0 {
             return None;
         }
-        let irradiance = own.irradiance(u);
+        let irradiance = own.irradiance_of(u);
         Some(Heat {
             irradiance: Some(irradiance),
-            net_flux: (self.unit.is_some() && own != Optics::ARRIVES)
-                .then(|| own.net_flux_of(irradiance)),
+            net_flux: (self.unit.is_some() && own != ARRIVES).then(|| own.net_flux_of(irradiance)),
             ..Heat::default()
         })
     }
 
     /// The material of the sum, if all channels have one reflectance.
-    fn sum_of(&self, materials: &[Optics]) -> Option<Optics> {
+    fn sum_of(&self, materials: &[Material]) -> Option<Material> {
         let reflectance = materials.first()?.reflectance;
         let emissions = materials.iter().map(|own| own.emission);
         let emission = *self.with_sum(emissions).last()?;
         let mut all = materials.iter();
         all.all(|own| own.reflectance == reflectance)
-            .then_some(Optics {
+            .then_some(Material {
                 reflectance,
                 emission,
             })
@@ -198,6 +196,32 @@ impl ChannelNames {
         }
         Ok(())
     }
+}
+
+/// The numbers of all channels, and last their weighted sum, if there are weights.
+#[must_use]
+pub fn with_sum(value: &impl Value<f64>, weights: &[f64]) -> Vec<f64> {
+    let own = (0..value.channels()).map(|c| value.get(c));
+    let terms = own.clone().zip(weights);
+    let sum = terms.map(|(own, weight)| own * weight).sum();
+    own.chain((!weights.is_empty()).then_some(sum)).collect()
+}
+
+/// The regions in which walks of a request start: those of its goals, of which a target has one for every channel, and in one channel
+/// also those of surfaces whose net fluxes take walks.
+///
+/// # Errors
+/// [`Error::Internal`]: a target has not a goal for every channel.
+pub fn regions(
+    surfaces: &dyn RadiativeExchange,
+    colours: Option<&Colours>,
+    request: &Request<'_>,
+) -> Result<Vec<Region>, Error> {
+    let Some(colours) = colours else {
+        return Ok(surfaces.regions(request.goals, request.only_u));
+    };
+    let targets = colours.names.targets(request.goals)?;
+    Ok(targets.map(|goal| goal.region.clone()).collect())
 }
 
 fn is_rgb(channels: &[String]) -> bool {
@@ -281,4 +305,28 @@ pub fn colours(names: &[String], channels: &[Vec<Spot>]) -> Option<[Vec<f64>; 3]
     };
     let values = |spots: &Vec<Spot>| spots.iter().map(|spot| spot.value).collect();
     is_rgb(names).then(|| [red, green, blue].map(values))
+}
+
+/// The value of an expression for an equation in one channel, or in the colours of [`ColourTables`](fredholm_room::ColourTables) if there are
+/// some: of one type each for one channel, for up to four, of which red, green and blue are three, and for many.
+#[macro_export]
+macro_rules! in_channels {
+    ($equation:expr, $colours:expr, $name:ident => $then:expr) => {{
+        let equation = $equation;
+        match $colours {
+            None => {
+                let $name = &equation;
+                $then
+            }
+            Some(colours) if colours.channels <= 4 => {
+                let $name = &equation.with_colours(colours.tint::<4>())?;
+                $then
+            }
+            Some(colours) => {
+                let colours = colours.tint::<{ fredholm_core::MOST_CHANNELS }>();
+                let $name = &equation.with_colours(colours)?;
+                $then
+            }
+        }
+    }};
 }

@@ -1,13 +1,10 @@
 //! Irradiances, net fluxes and temperatures: what light and heat between surfaces say besides u.
 
 use fredholm_core::{Estimate, Statistics};
-use fredholm_room::Material;
+use fredholm_room::{Material, STEFAN_BOLTZMANN};
 
 use crate::channels::Colours;
 use crate::{Derived, Flux, Goal, Heat, Region};
-
-/// The Stefan–Boltzmann constant in W m⁻² K⁻⁴, exact since the SI of 2019 (CODATA 2018).
-const STEFAN_BOLTZMANN: f64 = 5.670_374_419e-8;
 
 /// The second radiation constant hc/k in µm K, exact since the SI of 2019 (CODATA 2018).
 const SECOND_RADIATION: f64 = 14_387.768_775;
@@ -48,56 +45,8 @@ pub fn part_below(wavelength: f64, temperature: f64) -> f64 {
     15.0 / core::f64::consts::PI.powi(4) * sum
 }
 
-/// A material: u = F + ρ H, where H is the irradiance.
-///
-/// ```
-/// use fredholm_model::heat::Optics;
-///
-/// let grey = Optics { reflectance: 0.1, emission: 400.0 };
-/// assert_eq!(grey.net_flux(300.0), 130.0);
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Optics {
-    /// The reflectance ρ.
-    pub reflectance: f64,
-    /// The emission F, in the unit of u.
-    pub emission: f64,
-}
-
-impl From<Material> for Optics {
-    fn from(own: Material) -> Self {
-        Self {
-            reflectance: own.reflectance,
-            emission: own.emission,
-        }
-    }
-}
-
-impl Optics {
-    /// The net flux out of the surface: F − (1 − ρ)H.
-    #[must_use]
-    pub const fn net_flux(&self, irradiance: f64) -> f64 {
-        self.emission - (1.0 - self.reflectance) * irradiance
-    }
-
-    /// What has u = H: where all that leaves arrives.
-    pub(crate) const ARRIVES: Self = Self {
-        reflectance: 1.0,
-        emission: 0.0,
-    };
-
-    /// The net flux out of the surface from an estimate of the irradiance.
-    pub(crate) fn net_flux_of(&self, irradiance: Estimate) -> Estimate {
-        let estimate = self.net_flux(irradiance.estimate);
-        of_errors(irradiance, estimate, |x| (1.0 - self.reflectance) * x)
-    }
-
-    /// H = (u − F)/ρ.
-    pub(crate) fn irradiance(&self, u: Estimate) -> Estimate {
-        let estimate = (u.estimate - self.emission) / self.reflectance;
-        of_errors(u, estimate, |x| x / self.reflectance)
-    }
-}
+/// The material of what has u = H: where all that leaves arrives.
+pub(crate) const ARRIVES: Material = Material::flux(0.0);
 
 /// An estimate that follows from another one, whose errors are scaled.
 fn of_errors(own: Estimate, estimate: f64, scale: impl Fn(f64) -> f64) -> Estimate {
@@ -111,11 +60,11 @@ fn of_errors(own: Estimate, estimate: f64, scale: impl Fn(f64) -> f64) -> Estima
 /// A wall or a face of a surface.
 ///
 /// ```
-/// use fredholm_model::heat::{Element, Optics};
+/// use fredholm_model::heat::Element;
+/// use fredholm_room::Material;
 ///
-/// let optics = Optics { reflectance: 1.0, emission: 20.0 };
-/// let heater = Element { surface: 3, part: 0, optics, emissivity: Some(0.9), size: 1.5 };
-/// assert_eq!(heater.size * heater.optics.emission, 30.0);
+/// let heater = Element { surface: 3, part: 0, material: Material::flux(20.0), emissivity: Some(0.9), size: 1.5 };
+/// assert_eq!(heater.size * heater.material.emission, 30.0);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Element {
@@ -124,7 +73,7 @@ pub struct Element {
     /// The number of the part of the surface that has one material.
     pub part: usize,
     /// The material.
-    pub optics: Optics,
+    pub material: Material,
     /// The emissivity, if the net flux is given and it is known.
     pub emissivity: Option<f64>,
     /// The length or the area.
@@ -156,8 +105,8 @@ pub trait RadiativeExchange {
     fn flux_names(&self) -> &[String];
 
     /// The one material of a region, if it has one.
-    fn optics(&self, region: &Region) -> Option<Optics> {
-        common(self.elements(region).iter().map(|own| own.optics))
+    fn material(&self, region: &Region) -> Option<Material> {
+        common(self.elements(region).iter().map(|own| own.material))
     }
 
     /// The surfaces whose net fluxes are results: all of which something is there.
@@ -170,7 +119,7 @@ pub trait RadiativeExchange {
     /// Whether the net flux is given from all of a surface.
     fn is_flux_given(&self, surface: usize) -> bool {
         let own = self.elements(&Region::Part(surface));
-        own.iter().all(|own| own.optics.reflectance >= 1.0)
+        own.iter().all(|own| own.material.reflectance >= 1.0)
     }
 
     /// The regions of the goals, then every surface whose net flux takes walks.
@@ -200,15 +149,15 @@ pub trait RadiativeExchange {
     }
 
     /// How the irradiance of a region follows from u there, if it does: H = (u − F)/ρ.
-    fn through_radiosity(&self, region: &Region) -> Option<Optics> {
+    fn through_radiosity(&self, region: &Region) -> Option<Material> {
         match region {
             // All light that leaves surfaces of a closed room arrives at surfaces.
-            Region::Whole if self.is_closed() => Some(Optics::ARRIVES),
+            Region::Whole if self.is_closed() => Some(ARRIVES),
             // It is asked for itself.
-            Region::Facing { .. } => Some(Optics::ARRIVES),
+            Region::Facing { .. } => Some(ARRIVES),
             region => self
-                .optics(region)
-                .filter(|optics| optics.reflectance > 0.0),
+                .material(region)
+                .filter(|material| material.reflectance > 0.0),
         }
     }
 
@@ -232,7 +181,7 @@ pub trait RadiativeExchange {
             };
             let estimate = walked.map(Statistics::preconditioned);
             let irradiance = match through {
-                Some(through) => estimate.map(|u| through.irradiance(u)),
+                Some(through) => estimate.map(|u| through.irradiance_of(u)),
                 None => estimate,
             };
             if i < goals.len() {
@@ -255,7 +204,7 @@ pub trait RadiativeExchange {
                 walks,
                 net_flux: if is_given {
                     Some(Estimate {
-                        estimate: own.iter().map(|own| own.size * own.optics.emission).sum(),
+                        estimate: own.iter().map(|own| own.size * own.material.emission).sum(),
                         std_error: Some(0.0),
                         std_dev: Some(0.0),
                     })
@@ -273,15 +222,12 @@ pub trait RadiativeExchange {
     /// Irradiances, and net fluxes of bands of heat, from the statistics of u in several channels.
     fn derived_in(&self, colours: &Colours, goals: &[Goal], statistics: &[Statistics]) -> Derived {
         let materials = |region: &Region| match region {
-            Region::Facing { .. } => Some(vec![Optics::ARRIVES; colours.names.channels()]),
-            Region::Whole if self.is_closed() => {
-                Some(vec![Optics::ARRIVES; colours.names.channels()])
-            }
+            Region::Facing { .. } => Some(vec![ARRIVES; colours.names.channels()]),
+            Region::Whole if self.is_closed() => Some(vec![ARRIVES; colours.names.channels()]),
             region => {
                 let own = self.elements(region).into_iter();
                 let parts = own.map(|own| colours.of_part(own.surface, own.part));
-                let optics = |&one: &Material| Optics::from(one);
-                Some(common(parts)??.iter().map(optics).collect())
+                Some(common(parts)??.to_vec())
             }
         };
         colours.names.derived(goals, statistics, &materials)
@@ -290,7 +236,7 @@ pub trait RadiativeExchange {
     /// What follows from u of a region and from its irradiance, which follows from u where it is not given.
     fn heat_of(&self, region: &Region, u: Estimate, irradiance: Option<Estimate>) -> Heat {
         let in_air = self.is_in_air(region).then(|| self.temperature(u));
-        let through = || Some(self.through_radiosity(region)?.irradiance(u));
+        let through = || Some(self.through_radiosity(region)?.irradiance_of(u));
         let irradiance = irradiance.or_else(through);
         Heat {
             irradiance,
@@ -303,13 +249,13 @@ pub trait RadiativeExchange {
 
     /// Whether a region reflects all: whether its net flux is given.
     fn is_reflecting(&self, region: &Region) -> bool {
-        let optics = self.optics(region);
-        optics.is_some_and(|optics| optics.reflectance >= 1.0)
+        let material = self.material(region);
+        material.is_some_and(|material| material.reflectance >= 1.0)
     }
 
     /// The temperature in kelvin of surfaces from which the net flux q is given: εσT⁴ = u − (1 − ε)H = εu + (1 − ε)q.
     fn surface_temperature(&self, region: &Region, u: Estimate) -> Option<Estimate> {
-        let q = self.optics(region)?.emission;
+        let q = self.material(region)?.emission;
         if !self.is_reflecting(region) {
             return None;
         }
@@ -342,8 +288,7 @@ pub trait RadiativeExchange {
         size: f64,
     ) -> Option<Estimate> {
         let h = irradiance.filter(|_| self.is_heat())?;
-        let optics = self.optics(region)?;
-        let own = optics.net_flux_of(h);
+        let own = self.material(region)?.net_flux_of(h);
         Some(of_errors(own, size * own.estimate, |x| size * x))
     }
 }

@@ -4,8 +4,8 @@ use fredholm_core::Real;
 use fredholm_core::galerkin::{Dense, PairTable, rounded};
 use fredholm_core::{Neighbour, galerkin::Solution};
 use fredholm_room::{
-    CoarseSolution, ExactNeighbour, Grading, Matrix, Mesh, Point, RaySetup, Room, RoomError, Scene,
-    Tables, paper_pairs,
+    CoarseSolution, ExactNeighbour, Grading, Grey, Matrix, Mesh, Point, RayNeighbour, RaySetup,
+    Room, RoomError, Scene, Tables, paper_pairs,
 };
 
 use super::Drawing;
@@ -73,7 +73,7 @@ impl<const B: usize> Setup<B> {
         let room = tables.room();
         let matrix = Matrix::new::<B>(&room)?;
         let solution = matrix.solve(&room)?;
-        let coarse = CoarseSolution::new(&scene, (cells * B).clamp(100, 1000))?;
+        let coarse = CoarseSolution::new(&scene, (cells * B).clamp(100, 1000), &Grey)?;
         let mut v = vec![0.0; mesh.len() * B];
         for (cell, own) in v.chunks_exact_mut(B).enumerate() {
             coarse.step::<_, B>(&room, cell, own);
@@ -117,7 +117,8 @@ impl<const B: usize> Setup<B> {
             Way::Rays => {
                 let setup = RaySetup::<_, B>::new(&wide, &self.v).unwrap();
                 let rays = setup.tables().unwrap().rounded::<F>().unwrap();
-                then(&room, &rays.neighbour::<_, B>(&room, &v).unwrap(), &v)
+                let rays = RayNeighbour::<_, F, B>::new(&room, &v, rays.control());
+                then(&room, &rays.unwrap(), &v)
             }
             Way::Exact => {
                 let exact = ExactNeighbour::<_, F, B>::new(&room, &v).unwrap();

@@ -107,8 +107,7 @@ impl Colours {
     /// Tables of rays and v of about so many cells with B functions.
     fn solved<const B: usize>(&self, cells: usize, last_step: bool) -> Solved<'_> {
         let mesh = Mesh::new::<f64>(&self.scene, cells, Grading::default()).unwrap();
-        let coarse =
-            CoarseSolution::of_channels(&self.scene, cells * B, &self.tables.tint::<4>()).unwrap();
+        let coarse = CoarseSolution::new(&self.scene, cells * B, &self.tables.tint::<4>()).unwrap();
         let lights = self.lights(last_step);
         let tables = Tables::<f64>::new(&self.scene, &mesh);
         let room = tables.room().with_lights(&lights).unwrap();
@@ -124,9 +123,7 @@ impl Colours {
             .unwrap();
         let direct = match lights.as_slice() {
             [] => Vec::new(),
-            lights => {
-                DirectLight::of_channels(&self.scene, lights, &self.tables.tint::<4>()).unwrap()
-            }
+            lights => DirectLight::new(&self.scene, lights, &self.tables.tint::<4>()).unwrap(),
         };
         Solved {
             colours: self,
@@ -161,7 +158,7 @@ impl Solved<'_> {
         let colours = self.colours.tables.rounded::<F>();
         let coloured = room.with_colours(colours.tint()).unwrap();
         let (v, rays) = (rounded(&self.v), self.rays.rounded::<F>().unwrap());
-        let neighbour = rays.neighbour::<_, B>(&coloured, &v).unwrap();
+        let neighbour = RayNeighbour::<_, _, B>::new(&coloured, &v, rays.control()).unwrap();
         then(&coloured, &neighbour, &MeanOver::everything(&coloured))
     }
 

@@ -4,7 +4,7 @@ use fredholm_core::global::{
     BasisScores, GlobalJob, GlobalTask, Replicate, ReplicateCounts, over_replicates,
 };
 use fredholm_core::sampled::{Sampled, StepControl};
-use fredholm_scene::{FaceStarts, SkyLight};
+use fredholm_scene::SkyLight;
 
 use super::*;
 
@@ -16,7 +16,7 @@ fn check_in<F: Real>(scene: &Scene) {
     const MOST: f64 = 5.6;
     let place = Place::<F>::new(scene, 40);
     let radiosity = place.radiosity();
-    let starts = FaceStarts::new(place.tables.geometry(), &place.faces, &place.ends).unwrap();
+    let mean = place.mean();
     let (last, scores) = (LastStep(&radiosity), BasisScores::<_, 1>(&radiosity));
     let options = WalkOptions {
         absorption: ENDS[1],
@@ -34,7 +34,7 @@ fn check_in<F: Real>(scene: &Scene) {
         of_events: &[],
     };
     let nothing = Sampled::<_, 2, 1>::new(&last, tables, NonZeroU32::MIN).unwrap();
-    let task = GlobalTask::new(&last, &starts, &nothing, &scores, options);
+    let task = GlobalTask::new(&last, &mean, &nothing, &scores, options);
     let measure = |cell| radiosity.measure(cell);
     let rows = (0..REPLICATES).map(|number| {
         let (mut sums, mut means) = (vec![0.0; cells], vec![0.0; cells]);

@@ -3,7 +3,7 @@
 use fredholm_core::galerkin::Cells as _;
 use fredholm_core::{At, LastStep};
 use fredholm_model::drawn::{Sites, wanted_sites};
-use fredholm_model::{Error, Examined, Goal, Request};
+use fredholm_model::{Error, Examined, Request};
 use fredholm_room::{Grading, Mesh, Point, Seen, Tables};
 use fredholm_variance::{Density, DrawnModel, DrawnStart, Walked};
 
@@ -32,15 +32,12 @@ impl RoomSystem<'_> {
         );
         let wall = |cell| mesh.cells().wall(cell);
         let sites = Sites::new(map, mesh.len(), wall, [&there, &here]);
-        let starts = request
-            .goals
-            .iter()
-            .map(|goal| model.start(room, &goal.region));
-        let starts = starts.collect::<Result<Vec<_>, Error>>()?;
-        let known =
-            |(start, goal): (&Start<'_, '_, f64>, &Goal)| model.known(room, start, &goal.region);
-        let known = starts.iter().zip(request.goals).map(known);
-        let known = known.collect::<Result<Vec<f64>, Error>>()?;
+        let (mut starts, mut known) = (Vec::new(), Vec::new());
+        for goal in request.goals {
+            let start = model.start(room, &goal.region)?;
+            known.push(model.known(room, &start, &goal.region)?);
+            starts.push(start);
+        }
         let mut begin = 0.0;
         let pieces = (0..mesh.len()).map(|cell| {
             let (wall, own) = (wall(cell).unwrap_or(0), map.measure(cell));
@@ -53,75 +50,75 @@ impl RoomSystem<'_> {
             (wall, [from, f64::min(begin / length, 1.0)], own)
         });
         let pieces: Vec<_> = pieces.collect();
-        self.with_neighbour(room, request.walk, &mut |follow| {
-            let neighbour = follow.neighbour;
-            let walked = Walked {
-                equation: &LastStep(room),
-                neighbour,
-                absorption: request.walk.absorption,
-            };
-            let mut drawn = Vec::new();
-            for (number, (start, goal)) in (0..).zip(starts.iter().zip(request.goals)) {
-                drawn.push(match start {
-                    Start::Point(At(x)) => sites.start(&walked, *x, number)?,
-                    Start::Air(Seen { position, .. }) => {
-                        let seen = Seen {
-                            room: map,
-                            position: *position,
-                        };
-                        let mut shares = vec![0.0; mesh.len()];
-                        seen.moments(1, &mut shares);
-                        // With lights every walk looks at v by itself.
-                        let value = |y: &Point<f64>| match follow.has_light {
-                            true => neighbour.value(&neighbour.locate(room.found(y))),
-                            false => 0.0,
-                        };
-                        let mut mean = 0.0;
-                        if follow.has_light {
-                            seen.points(PANEL, |y, weight| mean += weight * value(&y));
+        let vectors = self.vectors(room, request.walk)?;
+        let follow = vectors.follow(room)?;
+        let neighbour = &*follow.neighbour;
+        let walked = Walked {
+            equation: &LastStep(room),
+            neighbour,
+            absorption: request.walk.absorption,
+        };
+        let mut drawn = Vec::new();
+        for (number, (start, goal)) in (0..).zip(starts.iter().zip(request.goals)) {
+            drawn.push(match start {
+                Start::Point(At(x)) => sites.start(&walked, *x, number)?,
+                Start::Air(Seen { position, .. }) => {
+                    let seen = Seen {
+                        room: map,
+                        position: *position,
+                    };
+                    let mut shares = vec![0.0; mesh.len()];
+                    seen.moments(1, &mut shares);
+                    // With lights every walk looks at v by itself.
+                    let value = |y: &Point<f64>| match follow.has_light {
+                        true => neighbour.value(&neighbour.locate(room.found(y))),
+                        false => 0.0,
+                    };
+                    let mut mean = 0.0;
+                    if follow.has_light {
+                        seen.points(PANEL, |y, weight| mean += weight * value(&y));
+                    }
+                    let densities: Vec<Density> = (0..mesh.len())
+                        .map(|cell| Density {
+                            fluctuation: value(&map.point(cell, &[0.5])) - mean,
+                            ..Density::uniform(map.measure(cell) / shares[cell])
+                        })
+                        .collect();
+                    DrawnStart::Density(Box::new(move |site| densities[site]))
+                }
+                _ => {
+                    let walls = model.walls(&goal.region)?;
+                    let own = walls.iter().cloned().flatten();
+                    let own = own.filter_map(|wall| model.scene.geometry().walls().get(wall));
+                    let density = Density::uniform(own.map(|wall| wall.length).sum());
+                    let mesh = &mesh;
+                    DrawnStart::Density(Box::new(move |site| {
+                        let wall = mesh.cells().wall(site);
+                        match walls
+                            .iter()
+                            .any(|own| wall.is_some_and(|w| own.contains(&w)))
+                        {
+                            true => density,
+                            false => Density::nothing(),
                         }
-                        let densities: Vec<Density> = (0..mesh.len())
-                            .map(|cell| Density {
-                                fluctuation: value(&map.point(cell, &[0.5])) - mean,
-                                ..Density::uniform(map.measure(cell) / shares[cell])
-                            })
-                            .collect();
-                        DrawnStart::Density(Box::new(move |site| densities[site]))
-                    }
-                    _ => {
-                        let walls = model.walls(&goal.region)?;
-                        let own = walls.iter().cloned().flatten();
-                        let own = own.filter_map(|wall| model.scene.geometry().walls().get(wall));
-                        let density = Density::uniform(own.map(|wall| wall.length).sum());
-                        let mesh = &mesh;
-                        DrawnStart::Density(Box::new(move |site| {
-                            let wall = mesh.cells().wall(site);
-                            match walls
-                                .iter()
-                                .any(|own| wall.is_some_and(|w| own.contains(&w)))
-                            {
-                                true => density,
-                                false => Density::nothing(),
-                            }
-                        }))
-                    }
-                });
-            }
-            then(&Examined {
-                model: &DrawnModel {
-                    starts: drawn,
-                    sites: sites.drawn(&walked)?,
-                },
-                coefficients: None,
-                pieces: Some(&pieces),
-                goals: request.goals,
-                known: &known,
-                place: &|site| {
-                    let place = wall(site).and_then(|wall| model.scene.place(wall));
-                    let name = place.and_then(|place| model.surfaces.names.get(place.surface));
-                    name.map_or_else(|| format!("site {site}"), Clone::clone)
-                },
-            })
+                    }))
+                }
+            });
+        }
+        then(&Examined {
+            model: &DrawnModel {
+                starts: drawn,
+                sites: sites.drawn(&walked)?,
+            },
+            coefficients: None,
+            pieces: Some(&pieces),
+            goals: request.goals,
+            known: &known,
+            place: &|site| {
+                let place = wall(site).and_then(|wall| model.scene.place(wall));
+                let name = place.and_then(|place| model.surfaces.names.get(place.surface));
+                name.map_or_else(|| format!("site {site}"), Clone::clone)
+            },
         })
     }
 }

@@ -5,14 +5,14 @@ use std::time::Instant;
 use fredholm_core::{At, Equation as _, Goal, LastStep, Real, Value as _};
 use fredholm_model::{
     Beside, Discretisation, Error, Model as _, Region, Spot, SpotWalks, WalkOptions, WriteSpot,
-    channels, in_scalar, spots,
+    channels, in_channels, in_scalar, spots,
 };
 use fredholm_rayon::Observer;
 use fredholm_room::{Enclosure, Room, STEFAN_BOLTZMANN, Seen, Tint, Wide};
 
+use crate::RoomModel;
 use crate::starts::Start;
 use crate::system::{Follow, plain};
-use crate::{RoomModel, with_equation};
 
 /// A stretch of a wall, of which u in the middle is wanted.
 #[derive(Clone, Copy, Debug)]
@@ -119,21 +119,22 @@ impl RoomModel {
         let start = Instant::now();
         let system = self.cut(discretisation)?.system()?;
         let lights = self.lights(request.walk.last_step);
-        let mut fields = None;
         in_scalar!(discretisation.scalar, F => {
             let tables = system.cut.tables::<F>();
-            with_equation!(tables, lights, equation => {
-                system.with_neighbour(equation, request.walk, &mut |follow| {
-                    walking();
-                    let walker = Walker { request, watch, model: self, equation, follow, beside: None };
-                    let field = walker.field(start, request.walk.walks)?;
-                    let plain = walker.beside(&field)?;
-                    fields = Some((field, plain));
-                    Ok(())
-                })?;
-            });
-        });
-        fields.ok_or(Error::Internal("no neighbour equation was made"))
+            in_channels!(tables.tables.room().with_lights(lights)?, &tables.colours, equation => {
+                let vectors = system.vectors(equation, request.walk)?;
+                let follow = &vectors.follow(equation)?;
+                walking();
+                let walker = Walker { request, watch, model: self, equation, follow, beside: None };
+                let field = walker.field(start, request.walk.walks)?;
+                let follow = &plain(equation);
+                let plain = Walker { follow, beside: Some(&field), ..walker };
+                let one = || Ok(plain.field(Instant::now(), 1)?.seconds);
+                let walks = request.beside.walks(field.seconds, one)?;
+                let beside = walks.map(|walks| plain.field(Instant::now(), walks)).transpose()?;
+                Ok((field, beside))
+            })
+        })
     }
 }
 
@@ -160,30 +161,6 @@ struct Walker<'w, 'a, F: Real, C: Tint<F>> {
 }
 
 impl<F: Real, C: Tint<F>> Walker<'_, '_, F, C> {
-    /// The numbers by plain walks, if they are wanted.
-    fn beside(&self, field: &Field) -> Result<Option<Field>, Error> {
-        if self.request.beside == Beside::Nothing {
-            return Ok(None);
-        }
-        let mut found = None;
-        plain(self.equation, &mut |follow| {
-            let walker = Walker {
-                request: self.request,
-                watch: self.watch,
-                model: self.model,
-                equation: self.equation,
-                follow,
-                beside: Some(field),
-            };
-            let one = || Ok(walker.field(Instant::now(), 1)?.seconds);
-            let walks = self.request.beside.walks(field.seconds, one)?;
-            let beside = walks.map(|walks| walker.field(Instant::now(), walks));
-            found = beside.transpose()?;
-            Ok(())
-        })?;
-        Ok(found)
-    }
-
     /// All estimates from so many walks for a position.
     fn field(&self, start: Instant, walks: u64) -> Result<Field, Error> {
         let (positions, stretches) = (self.request.positions, self.request.stretches);
@@ -255,12 +232,11 @@ impl<F: Real, C: Tint<F>> Walker<'_, '_, F, C> {
             control_mean: is_exact.then_some(mean),
             functional: start,
         };
-        let colours = self.model.colours();
         let walker = SpotWalks {
             equation: &LastStep(self.equation),
-            neighbour: self.follow.neighbour,
+            neighbour: &*self.follow.neighbour,
             walk: self.request.walk,
-            weights: colours.map_or(&[], |colours| colours.names.weights()),
+            weights: self.model.weights(),
             is_plain: self.follow.v.is_none(),
             watch: self.watch,
         };

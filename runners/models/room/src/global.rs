@@ -3,7 +3,7 @@
 mod means;
 mod picture;
 
-use std::sync::{Arc, OnceLock};
+use std::sync::OnceLock;
 
 use fredholm_core::Real;
 use fredholm_core::galerkin::legendre;
@@ -18,6 +18,7 @@ use fredholm_room::{Point, Room, Seen, Tables};
 use fredholm_variance::gauss;
 
 use crate::of_degree;
+use crate::partition::RoomPartition;
 use crate::system::RoomSystem;
 
 /// The largest degree of scores: that up to which moments are exact to rounding.
@@ -31,19 +32,7 @@ const MORE_POINTS: usize = 1;
 const MEAN_OF_CELL: f64 = 0.45e-6;
 const MEAN_OF_WALLS: f64 = 6.5e-6;
 
-/// A solved room whose walks score in every state, or in their starts if it is open.
-#[derive(Clone, Debug)]
-pub(crate) struct RoomGlobal<'m> {
-    system: Arc<RoomSystem<'m>>,
-}
-
-impl<'m> RoomGlobal<'m> {
-    pub(crate) fn new(system: RoomSystem<'m>) -> Self {
-        Self {
-            system: Arc::new(system),
-        }
-    }
-
+impl<'m> RoomSystem<'m> {
     fn walks_in<F: Real>(
         &self,
         request: &GlobalRequest<'_>,
@@ -54,14 +43,14 @@ impl<'m> RoomGlobal<'m> {
             last_step: false,
             ..*request.walk
         };
-        let tables = Tables::<F>::new(&self.system.cut.model.scene, &self.system.cut.mesh);
+        let tables = Tables::<F>::new(&self.cut.model.scene, &self.cut.mesh);
         let room = tables.room();
-        self.system.with_any_neighbour(&room, &walk, &mut |follow| {
+        self.with_any_neighbour(&room, &walk, |follow| {
             of_degree!(request.degree, B => {
                 let scores: &(dyn Scores<Point<F>> + Sync) = &BasisScores::<_, B>(&room);
                 let options = walk.for_core();
                 let job: GlobalTask<'_, _, _, _, _> =
-                    GlobalTask::new(&room, &room, follow.neighbour, scores, options);
+                    GlobalTask::new(&room, &room, &*follow.neighbour, scores, options);
                 let nodes = CellNodes {
                     cells: self.cells(),
                     dimension: 1,
@@ -79,9 +68,10 @@ impl<'m> RoomGlobal<'m> {
     }
 }
 
-impl<'m> GlobalSystem<'m> for RoomGlobal<'m> {
+/// Walks score in every state, or in their starts if the room is open.
+impl<'m> GlobalSystem<'m> for RoomSystem<'m> {
     fn degree(&self) -> usize {
-        self.system.cut.cut.degree
+        self.cut.cut.degree
     }
 
     fn most_degree(&self) -> usize {
@@ -93,22 +83,22 @@ impl<'m> GlobalSystem<'m> for RoomGlobal<'m> {
     }
 
     fn cells(&self) -> usize {
-        self.system.cut.mesh.len()
+        self.cut.mesh.len()
     }
 
     /// Integrals over cells, and not over points.
     fn mean_points(&self, degree: usize) -> f64 {
-        let walls = self.system.cut.model.scene.geometry().walls().len() as f64;
+        let walls = self.cut.model.scene.geometry().walls().len() as f64;
         let seconds = walls * (MEAN_OF_CELL * self.cells() as f64 + MEAN_OF_WALLS * walls);
         seconds / self.point_seconds(degree)
     }
 
     fn measure(&self, cell: usize) -> f64 {
-        self.system.cut.mesh.cells().length(cell)
+        self.cut.mesh.cells().length(cell)
     }
 
     fn sizes(&self) -> [f64; 2] {
-        let solution = &self.system.solution;
+        let solution = &self.solution;
         [largest(&solution.v), solution.radius_bound]
     }
 
@@ -117,7 +107,7 @@ impl<'m> GlobalSystem<'m> for RoomGlobal<'m> {
         request: &GlobalRequest<'_>,
         then: &mut WithGlobalJob<'_>,
     ) -> Result<(), Error> {
-        in_scalar!(self.system.cut.cut.scalar, F => self.walks_in::<F>(request, then))
+        in_scalar!(self.cut.cut.scalar, F => self.walks_in::<F>(request, then))
     }
 
     fn field(
@@ -129,13 +119,13 @@ impl<'m> GlobalSystem<'m> for RoomGlobal<'m> {
     }
 }
 
-impl<'m> RoomGlobal<'m> {
+impl<'m> RoomSystem<'m> {
     fn room_field(
         &self,
         request: &GlobalRequest<'_>,
         rows: Vec<f64>,
     ) -> Result<RoomField<'m>, Error> {
-        let v = v_of_walks(&self.system.solution, self.system.cut.cut.scalar)?;
+        let v = v_of_walks(&self.solution, self.cut.cut.scalar)?;
         let (own, functions) = (self.degree() + 1, request.degree + 1);
         let mut all = Vec::with_capacity(self.cells() * functions + rows.len());
         for v in v.chunks_exact(own) {
@@ -144,10 +134,10 @@ impl<'m> RoomGlobal<'m> {
             all.resize(all.len() + functions - own, 0.0);
         }
         all.extend(rows);
-        let cut = &self.system.cut;
+        let cut = &self.cut;
         Ok(RoomField {
             tables: Tables::new(&cut.model.scene, &cut.mesh),
-            system: Arc::clone(&self.system),
+            cut: cut.clone(),
             functions,
             rows: all,
             lifted: OnceLock::new(),
@@ -157,7 +147,7 @@ impl<'m> RoomGlobal<'m> {
 
 /// v and other piecewise polynomials of one degree, and what makes T_K of them.
 struct RoomField<'m> {
-    system: Arc<RoomSystem<'m>>,
+    cut: RoomPartition<'m>,
     tables: Tables<f64>,
     /// Functions on a cell.
     functions: usize,
@@ -167,18 +157,9 @@ struct RoomField<'m> {
     lifted: OnceLock<Vec<f64>>,
 }
 
-/// A quantity at a point of a wall, or its mean over a wall: a constant, and a multiple of the irradiance.
-fn terms(quantity: GlobalQuantity, emission: f64, reflectance: f64) -> [f64; 2] {
-    match quantity {
-        GlobalQuantity::U => [emission, reflectance],
-        GlobalQuantity::Irradiance => [0.0, 1.0],
-        GlobalQuantity::NetFlux => [emission, reflectance - 1.0],
-    }
-}
-
 impl RoomField<'_> {
     fn unknowns(&self) -> usize {
-        self.system.cut.mesh.len() * self.functions
+        self.cut.mesh.len() * self.functions
     }
 
     /// The irradiance at a point in terms of all functions.
@@ -186,12 +167,16 @@ impl RoomField<'_> {
         of_degree!(self.functions - 1, B => room.all_form_factors::<B>(x, out));
     }
 
-    /// Constant and factor of a quantity on a wall.
+    /// A quantity at a point of a wall, or its mean over a wall: a constant, and a multiple of the irradiance.
     fn terms(&self, quantity: GlobalQuantity, wall: usize) -> Result<[f64; 2], Error> {
-        let walls = self.system.cut.model.scene.geometry();
+        let walls = self.cut.model.scene.geometry();
         let wall = walls.walls().get(wall);
         let wall = wall.ok_or(Error::Internal("a wall that is none"))?;
-        Ok(terms(quantity, wall.emission, wall.reflectance))
+        Ok(match quantity {
+            GlobalQuantity::U => [wall.emission, wall.reflectance],
+            GlobalQuantity::Irradiance => [0.0, 1.0],
+            GlobalQuantity::NetFlux => [wall.emission, wall.reflectance - 1.0],
+        })
     }
 
     /// A constant, and a multiple of the moments times every row.
@@ -223,7 +208,7 @@ impl RoomField<'_> {
         let mut moments = vec![0.0; self.unknowns()];
         match region {
             Region::On(surface, t) => {
-                let (wall, fraction) = self.system.cut.model.scene.along(*surface, *t)?;
+                let (wall, fraction) = self.cut.model.scene.along(*surface, *t)?;
                 let x = room.on_wall(wall, fraction)?;
                 let terms = self.terms(quantity, wall)?;
                 // Nothing of the irradiance arrives in u of a black wall.
@@ -246,7 +231,7 @@ impl RoomField<'_> {
                 out[1] = parts.sum::<f64>().abs();
             }
             region => {
-                let walls = self.system.cut.model.walls(region)?;
+                let walls = self.cut.model.walls(region)?;
                 let own = walls.into_iter().flatten();
                 let own = own.map(|wall| Ok((wall, self.terms(quantity, wall)?)));
                 let own = own.collect::<Result<Vec<_>, Error>>()?;
@@ -265,10 +250,7 @@ impl RoomField<'_> {
         if let Some(lifted) = self.lifted.get() {
             return Ok(lifted);
         }
-        let (cells, rows) = (
-            self.system.cut.mesh.len(),
-            self.rows.len() / self.unknowns(),
-        );
+        let (cells, rows) = (self.cut.mesh.len(), self.rows.len() / self.unknowns());
         let functions = self.functions;
         let rule = gauss(functions + MORE_POINTS)?;
         // By cell, then by row.
@@ -303,16 +285,6 @@ impl RoomField<'_> {
         }
         Ok(self.lifted.get_or_init(|| all))
     }
-
-    fn all_images(&self, quantity: GlobalQuantity, regions: &[Region]) -> Result<Vec<f64>, Error> {
-        let width = IMAGE_HEAD + self.rows();
-        let mut out = vec![0.0; regions.len() * width];
-        let room = self.tables.room();
-        fill_rows(&mut out, width, |region, out| {
-            self.image(&room, quantity, &regions[region], out)
-        })?;
-        Ok(out)
-    }
 }
 
 impl GlobalField for RoomField<'_> {
@@ -321,6 +293,12 @@ impl GlobalField for RoomField<'_> {
     }
 
     fn images(&self, quantity: GlobalQuantity, regions: &[Region]) -> Result<Vec<f64>, Error> {
-        self.all_images(quantity, regions)
+        let width = IMAGE_HEAD + self.rows();
+        let mut out = vec![0.0; regions.len() * width];
+        let room = self.tables.room();
+        fill_rows(&mut out, width, |region, out| {
+            self.image(&room, quantity, &regions[region], out)
+        })?;
+        Ok(out)
     }
 }

@@ -1,7 +1,7 @@
 //! What of a room tells its irradiances and net fluxes.
 
 use fredholm_model::Region;
-use fredholm_model::heat::{Element, Optics, RadiativeExchange};
+use fredholm_model::heat::{Element, RadiativeExchange};
 use fredholm_room::Enclosure;
 
 use super::RoomModel;
@@ -31,16 +31,13 @@ impl RadiativeExchange for RoomModel {
         };
         let element = |wall| {
             let place = self.scene.place(wall)?;
-            let own = self.scene.geometry().walls().get(wall)?;
+            let geometry = self.scene.geometry();
             Some(Element {
                 surface: place.surface,
                 part: place.vertex,
-                optics: Optics {
-                    reflectance: own.reflectance,
-                    emission: own.emission,
-                },
+                material: geometry.material(wall),
                 emissivity: self.surfaces.emissivity(place),
-                size: own.length,
+                size: geometry.walls().get(wall)?.length,
             })
         };
         walls.into_iter().flatten().filter_map(element).collect()

@@ -2,6 +2,7 @@
 
 use super::Surfaces;
 use fredholm_model::numbers::with_decimals;
+use fredholm_surfaces::hull;
 
 /// Points nearer to each other than this share of the room's size are one, as far as an explanation goes.
 const SAME: f64 = 1e-9;
@@ -38,15 +39,8 @@ pub(super) fn direction(direction: Point) -> String {
 impl Surfaces {
     /// The larger side of the drawing.
     fn size(&self) -> f64 {
-        let points = self.points.iter().flatten();
-        let side = |k: usize| {
-            let all = points.clone().map(|point| point[k]);
-            let ends = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
-                (low.min(x), high.max(x))
-            });
-            ends.1 - ends.0
-        };
-        side(0).max(side(1))
+        let [low, high] = hull(&self.points.concat());
+        f64::max(high[0] - low[0], high[1] - low[1])
     }
 
     fn name(&self, surface: usize) -> String {
@@ -63,22 +57,20 @@ impl Surfaces {
     pub(super) fn gap(&self) -> Option<String> {
         let size = self.size();
         let segments = || {
-            let of = |(surface, points): (usize, &'_ Vec<Point>)| {
-                let pairs = points.windows(2).map(|two| [two[0], two[1]]);
-                pairs.map(move |ends| (surface, ends)).collect::<Vec<_>>()
-            };
-            self.points.iter().enumerate().flat_map(of)
+            let surfaces = self.points.iter().enumerate();
+            surfaces.flat_map(|(surface, points)| {
+                points
+                    .windows(2)
+                    .map(move |two| (surface, [two[0], two[1]]))
+            })
         };
         let ends = self
             .points
             .iter()
             .enumerate()
             .flat_map(|(surface, points)| {
-                let (first, last) = (points.first(), points.last());
-                [first, last]
-                    .into_iter()
-                    .flatten()
-                    .map(move |&end| (surface, end))
+                let ends = [points.first(), points.last()].into_iter().flatten();
+                ends.map(move |&end| (surface, end))
             });
         // A loose end is on no segment but the one that ends there.
         let loose = |&(_, end): &(usize, Point)| {

@@ -56,31 +56,6 @@ macro_rules! of_degree {
 }
 pub(crate) use of_degree;
 
-/// An expression in which the equation of walks, of one channel or of several, has this name: of one type each for one, for colours and
-/// for many.
-macro_rules! with_equation {
-    ($tables:expr, $lights:expr, $equation:ident => $then:expr) => {{
-        let room = $tables.tables.room().with_lights($lights)?;
-        match &$tables.colours {
-            None => {
-                let $equation = &room;
-                $then
-            }
-            // Red, green and blue are three.
-            Some(colours) if colours.channels <= 4 => {
-                let $equation = &room.with_colours(colours.tint::<4>())?;
-                $then
-            }
-            Some(colours) => {
-                let colours = colours.tint::<{ fredholm_core::MOST_CHANNELS }>();
-                let $equation = &room.with_colours(colours)?;
-                $then
-            }
-        }
-    }};
-}
-pub(crate) use with_equation;
-
 /// The equation of light or heat in a room.
 ///
 /// ```
@@ -151,6 +126,12 @@ impl RoomModel {
     #[must_use]
     pub const fn colours(&self) -> Option<&Colours> {
         self.colours.as_ref()
+    }
+
+    /// The weights of a sum of all channels, which is asked for beside them; none, of one channel.
+    fn weights(&self) -> &[f64] {
+        self.colours()
+            .map_or(&[], |colours| colours.names.weights())
     }
 
     /// Refuses the tables of so many cells, or of as many as there are segments, that do not fit into memory: asked
@@ -381,7 +362,9 @@ impl Model for RoomModel {
     }
 
     fn last_steps(&self) -> LastSteps {
-        self.lights.last_steps()
+        LastSteps::Open {
+            pay: self.lights.pay,
+        }
     }
 
     /// Rays, and what is nearest to them.

@@ -2,8 +2,9 @@
 
 use std::sync::OnceLock;
 
-use fredholm_model::{Error, LastSteps};
-use fredholm_room::{DirectLight, Scene};
+use fredholm_core::MOST_CHANNELS;
+use fredholm_model::Error;
+use fredholm_room::{DirectLight, Grey, Scene};
 
 use crate::RoomModel;
 
@@ -12,7 +13,7 @@ use crate::RoomModel;
 pub(crate) struct Lights {
     walls: Vec<u32>,
     /// Whether they pay: otherwise they are all walls that emit.
-    pay: bool,
+    pub(crate) pay: bool,
     direct: OnceLock<Vec<DirectLight>>,
 }
 
@@ -31,10 +32,6 @@ impl Lights {
             direct: OnceLock::new(),
         }
     }
-
-    pub(crate) const fn last_steps(&self) -> LastSteps {
-        LastSteps::Open { pay: self.pay }
-    }
 }
 
 impl RoomModel {
@@ -49,10 +46,10 @@ impl RoomModel {
             return Ok(direct);
         }
         let direct = match self.wall_colours() {
-            None => vec![DirectLight::new(&self.scene, &self.lights.walls)?],
+            None => DirectLight::new(&self.scene, &self.lights.walls, &Grey)?,
             Some(colours) => {
-                let tint = colours.tint::<{ fredholm_core::MOST_CHANNELS }>();
-                DirectLight::of_channels(&self.scene, &self.lights.walls, &tint)?
+                let tint = colours.tint::<MOST_CHANNELS>();
+                DirectLight::new(&self.scene, &self.lights.walls, &tint)?
             }
         };
         Ok(self.lights.direct.get_or_init(|| direct))

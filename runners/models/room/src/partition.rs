@@ -7,12 +7,12 @@ use fredholm_model::cost::{Cost, PointwisePairs, WalkCost};
 use fredholm_model::finite::{check_plain, radius_by_steps};
 use fredholm_model::{
     Discretisation, Error, Goal, Pairs, Partitioned, Prepared, Request, SavedSystem, System, Then,
-    WalkOptions, in_scalar,
+    WalkOptions, in_channels, in_scalar,
 };
 use fredholm_room::{ColourTables, Mesh, Tables};
 
 use crate::system::plain;
-use crate::{DEFAULT_CELLS, RoomModel, with_equation};
+use crate::{DEFAULT_CELLS, RoomModel};
 
 /// The unknowns of the solution on few cells of degree 3 from which v comes, as many as there are between these: in furnished rooms v is as good
 /// with 10,000 cells.
@@ -228,11 +228,9 @@ impl<'m> Partitioned<'m> for RoomPartition<'m> {
         let lights = self.model.lights(request.walk.last_step);
         in_scalar!(self.cut.scalar, F => {
             let tables = self.tables::<F>();
-            with_equation!(tables, lights, equation => {
-                plain(equation, &mut |follow| {
-                    self.model.with_job(equation, follow, request, &mut |job, galerkin| {
-                        then(&Prepared::plain(job, galerkin))
-                    })
+            in_channels!(tables.tables.room().with_lights(lights)?, &tables.colours, equation => {
+                self.model.with_job(equation, &plain(equation), request, &mut |job, galerkin| {
+                    then(&Prepared::plain(job, galerkin))
                 })
             })
         })

@@ -4,6 +4,7 @@ use fredholm_core::{
     At, Equation, Functional, Goal, Goals, LastStep, Lights as _, NoDraws, Real, StartOf, Uniforms,
     Value,
 };
+use fredholm_model::channels::{self, with_sum};
 use fredholm_model::heat::RadiativeExchange as _;
 use fredholm_model::{Error, Region, Request, WithJob};
 use fredholm_room::{Grey, Irradiance, Point, Room, Seen, Tint, Wide};
@@ -24,53 +25,37 @@ impl RoomModel {
         request: &Request<'_>,
         then: &mut WithJob<'_>,
     ) -> Result<(), Error> {
-        let names = self.colours.as_ref().map(|colours| &colours.names);
-        let regions: Vec<Region> = match names {
-            Some(names) => {
-                let targets = names.targets(request.goals)?;
-                targets.map(|goal| goal.region.clone()).collect()
-            }
-            None => self.regions(request.goals, request.only_u),
-        };
+        let regions = channels::regions(self, self.colours(), request)?;
+        let weights = self.weights();
         let (mut goals, mut galerkin) = (Vec::new(), Vec::new());
-        for region in &regions {
-            let start = self.start(equation, region)?;
+        let mut add = |start, region: &Region| {
             let known = self.known(equation, &start, region)?;
             let (mean, is_exact) = self.mean_of_v(equation, &start, region, follow)?;
-            if galerkin.len() < request.goals.len() {
-                let all = mean.plus(&known);
-                let all = (0..all.channels()).map(|channel| all.get(channel));
-                match names {
-                    Some(names) => galerkin.extend(names.with_sum(all)),
-                    None => galerkin.extend(all),
-                }
-            }
+            galerkin.extend(with_sum(&mean.plus(&known), weights));
             goals.push(Goal {
                 functional: start,
                 control_mean: is_exact.then_some(mean),
                 known,
             });
+            Ok::<(), Error>(())
+        };
+        for region in &regions {
+            add(self.start(equation, region)?, region)?;
         }
         // Where irradiance does not follow from u it takes walks of its own.
         for region in &regions {
-            if names.is_none() && self.takes_walks(region, request.only_u) {
-                let functional = match self.start(equation, region)? {
+            if weights.is_empty() && self.takes_walks(region, request.only_u) {
+                let start = match self.start(equation, region)? {
                     Start::Point(at) => Start::Light(Irradiance(at)),
                     Start::Mean(mean) => Start::LightMean(Irradiance(mean)),
                     other => other,
                 };
-                let (mean, is_exact) = self.mean_of_v(equation, &functional, region, follow)?;
-                goals.push(Goal {
-                    known: self.known(equation, &functional, region)?,
-                    control_mean: is_exact.then_some(mean),
-                    functional,
-                });
+                add(start, region)?;
             }
         }
         galerkin.truncate(request.goals.len());
-        let weights = names.map_or(&[][..], |names| names.weights());
         let walked = LastStep(equation);
-        let job = Goals::new(&walked, follow.neighbour, &goals, request.walk.for_core());
+        let job = Goals::new(&walked, &*follow.neighbour, &goals, request.walk.for_core());
         then(&job.with_sum(weights), &galerkin)
     }
 
@@ -85,7 +70,10 @@ impl RoomModel {
                 let (wall, fraction) = self.scene.along(*surface, *t)?;
                 Start::Point(At(room.on_wall(wall, fraction)?))
             }
-            Region::Point(x) => Start::Air(seen(room, x)),
+            Region::Point(x) => {
+                let position = [0, 1].map(|k| F::from_f64(x.get(k).copied().unwrap_or(f64::NAN)));
+                Start::Air(Seen { room, position })
+            }
             region => Start::Mean(Means::new(room, self.walls(region)?)?),
         })
     }
@@ -129,7 +117,7 @@ impl RoomModel {
         let channels = equation.channels();
         Ok(match start {
             Start::Point(At(x)) => {
-                let v = follow.neighbour;
+                let v = &follow.neighbour;
                 (v.value(&v.locate(*x)).wide(), true)
             }
             Start::Mean(mean) => {
@@ -179,14 +167,6 @@ pub(crate) fn light_at<F: Real, C: Tint<F>>(
         }
     });
     sum
-}
-
-/// What a point in the air sees.
-pub(crate) fn seen<'r, 'a, F: Real, C>(room: &'r Room<'a, F, C>, x: &[f64]) -> Seen<'r, 'a, F, C> {
-    Seen {
-        room,
-        position: [0, 1].map(|k| F::from_f64(x.get(k).copied().unwrap_or(f64::NAN))),
-    }
 }
 
 /// Where the walks of a goal start.

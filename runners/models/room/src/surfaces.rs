@@ -46,29 +46,27 @@ impl Surfaces {
     /// # Errors
     /// [`Error::Scene`], which names surfaces.
     pub fn scene<F: Real>(&self) -> Result<Scene, Error> {
-        let surfaces = self.points.iter().zip(&self.materials);
-        let surfaces: Vec<Surface<'_>> = surfaces
-            .map(|(points, materials)| Surface { points, materials })
-            .collect();
         let enclosure = if self.open {
             Enclosure::Open
         } else {
             Enclosure::Closed
         };
-        Scene::new::<F>(&surfaces, enclosure).map_err(|error| {
+        self.checked::<F>(enclosure).map_err(|error| {
             let (message, place) = self.explain(error);
             Error::Scene { message, place }
         })
     }
 
+    fn checked<F: Real>(&self, enclosure: Enclosure) -> Result<Scene, RoomError> {
+        let surfaces = self.points.iter().zip(&self.materials);
+        let surfaces = surfaces.map(|(points, materials)| Surface { points, materials });
+        Scene::new::<F>(&surfaces.collect::<Vec<_>>(), enclosure)
+    }
+
     /// The point and direction in which light leaves a room that should be closed.
     #[must_use]
     pub fn leaving_ray(&self) -> Option<[[f64; 2]; 2]> {
-        let surfaces = self.points.iter().zip(&self.materials);
-        let surfaces: Vec<Surface<'_>> = surfaces
-            .map(|(points, materials)| Surface { points, materials })
-            .collect();
-        match Scene::new::<f64>(&surfaces, Enclosure::Closed) {
+        match self.checked::<f64>(Enclosure::Closed) {
             Err(RoomError::Open {
                 from, direction, ..
             }) => Some([from, direction]),

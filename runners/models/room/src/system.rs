@@ -4,24 +4,25 @@ use std::borrow::Cow;
 use std::sync::OnceLock;
 
 use fredholm_core::galerkin::{Cells as _, Dense, PairTable, Solution, second_moment_radius};
-use fredholm_core::{Equation as _, LastStep, Lights as _, Neighbour, NoNeighbour, Real, Value};
+use fredholm_core::{
+    Equation as _, LastStep, Lights as _, MOST_CHANNELS, Neighbour, NoNeighbour, Real, Value,
+};
 use fredholm_embedded::TableBuilder;
 use fredholm_model::cost::PointwisePairs;
 use fredholm_model::finite::refuse;
 use fredholm_model::numbers::largest;
 use fredholm_model::{
     Error, Examined, GlobalSystem, Pairs, Prepared, Request, SavedSystem, Subject, System, Then,
-    WalkOptions, in_scalar,
+    WalkOptions, in_channels, in_scalar,
 };
 use fredholm_rayon::fill_rows;
 use fredholm_room::{
-    CellRays, CoarseSolution, ExactNeighbour, Matrix, Point, RaySetup, RayTables, Room, Shadows,
-    Tint, paper_pairs, subtract_lights,
+    CellRays, CoarseSolution, ExactNeighbour, Grey, Matrix, Point, RayNeighbour, RaySetup,
+    RayTables, Room, Tint, paper_pairs, subtract_lights,
 };
 
-use crate::global::RoomGlobal;
+use crate::of_degree;
 use crate::partition::{RoomPartition, few};
-use crate::{of_degree, with_equation};
 
 /// Places of a cell in which h is largest.
 const ENDS: [f64; 3] = [1e-6, 0.5, 1.0 - 1e-6];
@@ -32,7 +33,7 @@ pub(crate) type AnyNeighbour<'a, F, V> =
 
 /// What walks follow.
 pub(crate) struct Follow<'w, F, V> {
-    pub(crate) neighbour: &'w AnyNeighbour<'w, F, V>,
+    pub(crate) neighbour: Box<AnyNeighbour<'w, F, V>>,
     /// The polynomials of v, B numbers of every channel, cell by cell; `None`: walks are plain.
     pub(crate) v: Option<&'w [F]>,
     /// Functions on a cell.
@@ -41,20 +42,41 @@ pub(crate) struct Follow<'w, F, V> {
     pub(crate) has_light: bool,
 }
 
-/// What is done with it.
-pub(crate) type Use<'a, F, V> = dyn FnMut(&Follow<'_, F, V>) -> Result<(), Error> + 'a;
-
-/// What is done with plain walks.
-pub(crate) fn plain<F: Real, C: Tint<F>>(
-    equation: &Room<'_, F, C>,
-    then: &mut Use<'_, F, C::Value>,
-) -> Result<(), Error> {
-    then(&Follow {
-        neighbour: &NoNeighbour::new(&LastStep(equation)),
+/// What plain walks follow.
+pub(crate) fn plain<'w, F: Real, C: Tint<F>>(
+    equation: &'w Room<'_, F, C>,
+) -> Follow<'w, F, C::Value> {
+    Follow {
+        neighbour: Box::new(NoNeighbour::new(&LastStep(equation))),
         v: None,
         functions: 1,
         has_light: false,
-    })
+    }
+}
+
+/// v in the scalar of walks and, unless all pairs are pointwise, the tables of rays.
+pub(crate) struct Vectors<F> {
+    v: Vec<F>,
+    rays: Option<RayTables<F>>,
+    degree: usize,
+}
+
+impl<F: Real> Vectors<F> {
+    /// What walks of an equation follow.
+    pub(crate) fn follow<'w, C: Tint<F>>(
+        &'w self,
+        equation: &'w Room<'_, F, C>,
+    ) -> Result<Follow<'w, F, C::Value>, Error> {
+        of_degree!(self.degree, B => Ok(Follow {
+            neighbour: match &self.rays {
+                None => Box::new(ExactNeighbour::<_, F, B>::new(equation, &self.v)?),
+                Some(rays) => Box::new(RayNeighbour::<_, F, B>::new(equation, &self.v, rays.control())?),
+            },
+            v: Some(&self.v),
+            functions: B,
+            has_light: self.rays.is_some() && !equation.lights().is_empty(),
+        }))
+    }
 }
 
 impl<F: Real, V: Value<F>> Follow<'_, F, V> {
@@ -107,15 +129,12 @@ impl<'m> RoomPartition<'m> {
         let scene = &self.model.scene;
         let few = few(self.unknowns_of_channel());
         let few = match self.model.wall_colours() {
-            None => CoarseSolution::new(scene, few)?,
-            Some(colours) => {
-                let tint = colours.tint::<{ fredholm_core::MOST_CHANNELS }>();
-                CoarseSolution::of_channels(scene, few, &tint)?
-            }
+            None => CoarseSolution::new(scene, few, &Grey)?,
+            Some(colours) => CoarseSolution::new(scene, few, &colours.tint::<MOST_CHANNELS>())?,
         };
         let tables = self.tables::<f64>();
         let mut v = vec![0.0; self.unknowns_of_channel() * self.channels()];
-        with_equation!(tables, &[], equation => {
+        in_channels!(tables.tables.room(), &tables.colours, equation => {
             of_degree!(self.cut.degree, B => fill_rows(&mut v, B * self.channels(), |cell, row| {
                 few.step::<_, B>(equation, cell, row);
                 Ok::<(), Error>(())
@@ -152,17 +171,18 @@ impl RoomSystem<'_> {
         }
         let (cut, model) = (&self.cut, self.cut.model);
         let lights = model.lights(last_step);
-        let (tables, shadows) = (cut.tables::<f64>(), Shadows::new(&model.scene));
+        let tables = cut.tables::<f64>();
         let mut v = self.solution.v.clone();
         let mut cells = vec![CellRays::default(); cut.mesh.len()];
-        with_equation!(tables, lights, equation => of_degree!(cut.cut.degree, B => {
+        let room = tables.tables.room().with_lights(lights)?;
+        in_channels!(room, &tables.colours, equation => of_degree!(cut.cut.degree, B => {
             if !lights.is_empty() {
                 fill_rows(&mut v, B * cut.channels(), |cell, row| {
                     subtract_lights::<_, B>(equation, cell, row);
                     Ok::<(), Error>(())
                 })?;
             }
-            let setup = RaySetup::<_, B>::new(equation, &v)?.with_shadows(&shadows);
+            let setup = RaySetup::<_, B>::new(equation, &v)?.with_shadows(&model.scene);
             fill_rows(&mut cells, 1, |cell, row| {
                 row.fill(setup.cell(cell));
                 Ok::<(), Error>(())
@@ -203,15 +223,15 @@ impl RoomSystem<'_> {
         Ok(self.paper.get_or_init(|| paper))
     }
 
-    /// Hands out the neighbour equation of walks in one channel without a last step, by pairs of cells if the paper's are asked for.
+    /// Hands out what walks in one channel without a last step follow, by pairs of cells if the paper's are asked for.
     pub(crate) fn with_any_neighbour<F: Real>(
         &self,
         room: &Room<'_, F>,
         walk: &WalkOptions,
-        then: &mut Use<'_, F, F>,
+        then: impl FnOnce(&Follow<'_, F, F>) -> Result<(), Error>,
     ) -> Result<(), Error> {
         if walk.pairs != Pairs::Paper {
-            return self.with_neighbour(room, walk, then);
+            return then(&self.vectors(room, walk)?.follow(room)?);
         }
         let Paper { matrix, kinds, .. } = self.paper()?;
         let pairs = PairTable::new(kinds, matrix.cells())?;
@@ -222,52 +242,43 @@ impl RoomSystem<'_> {
         let dense = Dense::new(&entries, matrix.cells(), 1);
         let dense = dense.ok_or(Error::Internal("a table has a wrong size"))?;
         then(&Follow {
-            neighbour: &vectors.piecewise::<_, _, 1>(room, &dense)?,
+            neighbour: Box::new(vectors.piecewise::<_, _, 1>(room, &dense)?),
             v: Some(vectors.v()),
             functions: 1,
             has_light: false,
         })
     }
 
-    /// Hands out the neighbour equation of a room with the lights of these walks.
-    pub(crate) fn with_neighbour<F: Real, C: Tint<F>>(
+    /// The vectors of walks of a room with their lights.
+    pub(crate) fn vectors<F: Real, C: Tint<F>>(
         &self,
         equation: &Room<'_, F, C>,
         walk: &WalkOptions,
-        then: &mut Use<'_, F, C::Value>,
-    ) -> Result<(), Error> {
+    ) -> Result<Vectors<F>, Error> {
         let rounded = fredholm_core::galerkin::rounded::<F>;
-        let functions = self.cut.functions();
-        if walk.pairs == Pairs::Paper {
-            return Err(Error::Option {
-                subject: Subject::Pairs,
-                message: "the paper's pairs of cells serve walks in one channel, without a last step, a picture or a prediction: leave \
-                          `method` and `pairs` out"
-                    .to_owned(),
-            });
-        }
-        of_degree!(self.cut.cut.degree, B => match walk.pairs {
+        let (v, rays) = match walk.pairs {
+            Pairs::Paper => {
+                return Err(Error::Option {
+                    subject: Subject::Pairs,
+                    message: "the paper's pairs of cells serve walks in one channel, without a last step, a picture or a prediction: leave \
+                              `method` and `pairs` out"
+                        .to_owned(),
+                });
+            }
             Pairs::Pointwise => {
                 let mut v = self.solution.v.clone();
                 self.subtract_emission(equation, &mut v);
-                let v = rounded(&v)?;
-                then(&Follow {
-                    neighbour: &ExactNeighbour::<_, F, B>::new(equation, &v)?,
-                    v: Some(&v),
-                    functions,
-                    has_light: false,
-                })
+                (rounded(&v)?, None)
             }
             _ => {
                 let Rays { v, tables } = self.rays(walk.last_step)?;
-                let (v, tables) = (rounded(v)?, tables.rounded::<F>()?);
-                then(&Follow {
-                    neighbour: &tables.neighbour::<_, B>(equation, &v)?,
-                    v: Some(&v),
-                    functions,
-                    has_light: !equation.lights().is_empty(),
-                })
+                (rounded(v)?, Some(tables.rounded()?))
             }
+        };
+        Ok(Vectors {
+            v,
+            rays,
+            degree: self.cut.cut.degree,
         })
     }
 
@@ -343,14 +354,14 @@ impl System for RoomSystem<'_> {
             let tables = self.cut.tables::<F>();
             if walk.pairs == Pairs::Paper && model.colours().is_none() && !walk.last_step {
                 let room = &tables.tables.room();
-                return self.with_any_neighbour(room, walk, &mut |follow| {
+                return self.with_any_neighbour(room, walk, |follow| {
                     self.hand_on(room, follow, request, then)
                 });
             }
-            with_equation!(tables, model.lights(walk.last_step), equation => {
-                self.with_neighbour(equation, walk, &mut |follow| {
-                    self.hand_on(equation, follow, request, then)
-                })
+            let room = tables.tables.room().with_lights(model.lights(walk.last_step))?;
+            in_channels!(room, &tables.colours, equation => {
+                let vectors = self.vectors(equation, walk)?;
+                self.hand_on(equation, &vectors.follow(equation)?, request, then)
             })
         })
     }
@@ -382,7 +393,7 @@ impl System for RoomSystem<'_> {
         Self: 's,
     {
         self.check_one_channel("global estimates")?;
-        Ok(Box::new(RoomGlobal::new(*self)))
+        Ok(self)
     }
 }
 

@@ -2,6 +2,8 @@
 
 use fredholm_model::Error;
 use fredholm_scene::Scene;
+use fredholm_surfaces::hull;
+use fredholm_surfaces::space::{along, cross, dot, norm, scale, sub, unit};
 
 /// A pinhole camera.
 ///
@@ -34,17 +36,10 @@ impl Camera {
     #[must_use]
     pub fn outside(scene: &Scene, size: [usize; 2]) -> Self {
         let corners = scene.faces().iter().flat_map(|face| face.corners);
-        let ends = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
-        let [low, high] = corners.fold(ends, |[low, high], at| {
-            [
-                core::array::from_fn(|k| low[k].min(at[k])),
-                core::array::from_fn(|k| high[k].max(at[k])),
-            ]
-        });
+        let [low, high] = hull(&corners.collect::<Vec<_>>());
         let towards: [f64; 3] = core::array::from_fn(|k| 0.5 * (low[k] + high[k]));
-        let direction = [0.24, -0.93, 0.28];
         let mut camera = Self {
-            from: core::array::from_fn(|k| towards[k] + direction[k]),
+            from: along(towards, 1.0, [0.24, -0.93, 0.28]),
             towards,
             angle: ANGLE,
             size,
@@ -56,13 +51,11 @@ impl Camera {
                 let end = if corner >> k & 1 == 0 { low } else { high };
                 end[k] - towards[k]
             });
-            let along = |axis: [f64; 3]| (0..3).map(|k| axis[k] * from_middle[k]).sum::<f64>();
             // The edges' vectors are as long as the tangents of the angles there.
-            let aside =
-                |axis: [f64; 3]| along(axis).abs() / axis.map(|x| x * x).iter().sum::<f64>();
-            away.max(aside(right).max(aside(above)) - along(ahead))
+            let aside = |axis| dot(axis, from_middle).abs() / dot(axis, axis);
+            away.max(aside(right).max(aside(above)) - dot(ahead, from_middle))
         });
-        camera.from = core::array::from_fn(|k| towards[k] - MARGIN * away * ahead[k]);
+        camera.from = along(towards, -MARGIN * away, ahead);
         camera
     }
 
@@ -72,7 +65,7 @@ impl Camera {
     /// [`Error::Picture`].
     pub fn check(&self) -> Result<(), Error> {
         let wrong = |message: &str| Err(Error::Picture(message.to_owned()));
-        let away = distance(self.from, self.towards);
+        let away = norm(sub(self.from, self.towards));
         if !(away > 0.0 && away.is_finite()) {
             return wrong("a camera looks from one point towards another");
         }
@@ -88,19 +81,7 @@ impl Camera {
     /// The directions to the middle, to the right edge and to the upper edge, of which the last two are perpendicular to the
     /// first.
     pub(crate) fn frame(&self) -> [[f64; 3]; 3] {
-        let sub = |a: [f64; 3], b: [f64; 3]| core::array::from_fn(|k| a[k] - b[k]);
-        let unit = |a: [f64; 3]| {
-            let length = distance(a, [0.0; 3]);
-            a.map(|x| x / length)
-        };
-        let cross = |a: [f64; 3], b: [f64; 3]| {
-            [
-                a[1] * b[2] - a[2] * b[1],
-                a[2] * b[0] - a[0] * b[2],
-                a[0] * b[1] - a[1] * b[0],
-            ]
-        };
-        let ahead: [f64; 3] = unit(sub(self.towards, self.from));
+        let ahead = unit(sub(self.towards, self.from));
         // Up is z; who looks along it has y above.
         let up = if ahead[2].abs() < 0.999 {
             [0.0, 0.0, 1.0]
@@ -111,15 +92,6 @@ impl Camera {
         let above = cross(right, ahead);
         let half = (0.5 * self.angle).to_radians().tan();
         let ratio = self.size[0] as f64 / self.size[1] as f64;
-        [
-            ahead,
-            right.map(|x| x * half * ratio),
-            above.map(|x| x * half),
-        ]
+        [ahead, right.map(|x| x * half * ratio), scale(above, half)]
     }
-}
-
-fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
-    let squares = (0..3).map(|k| (a[k] - b[k]).powi(2));
-    squares.sum::<f64>().sqrt()
 }

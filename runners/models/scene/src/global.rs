@@ -12,7 +12,7 @@ use fredholm_model::{
     Error, GlobalField, GlobalQuantity, GlobalRequest, GlobalSystem, IMAGE_HEAD, MeshCell, Region,
     WithGlobalJob, in_scalar,
 };
-use fredholm_scene::{FaceStarts, Point, areas};
+use fredholm_scene::{Mean, Point, areas};
 
 use crate::partition::Cut;
 use crate::places::Place;
@@ -58,7 +58,7 @@ impl<'m> GlobalSystem<'m> for SceneSystem<'m> {
             let geometry = radiosity.geometry();
             let faces: Vec<u32> = (0..geometry.faces().len() as u32).collect();
             let ends = areas(geometry, &faces)?;
-            let starts = FaceStarts::new(geometry, &faces, &ends)?;
+            let starts = Mean::new(geometry, &faces, &ends)?;
             let scores = BasisScores::<_, 1>(&radiosity);
             let options = request.walk.for_core();
             then(&GlobalTask::new(&equation, &starts, &*neighbour, &scores, options))

@@ -1,7 +1,7 @@
 //! What of a scene tells its irradiances and net fluxes.
 
 use fredholm_model::Region;
-use fredholm_model::heat::{Element, Optics, RadiativeExchange};
+use fredholm_model::heat::{Element, RadiativeExchange};
 use fredholm_scene::Enclosure;
 
 use crate::SceneModel;
@@ -37,10 +37,7 @@ impl RadiativeExchange for SceneModel {
             Some(Element {
                 surface,
                 part: 0,
-                optics: Optics {
-                    reflectance: own.reflectance,
-                    emission: own.emission,
-                },
+                material: own.material(),
                 emissivity: (self
                     .heat()
                     .and_then(|heat| heat.emissivities.get(surface).copied()))

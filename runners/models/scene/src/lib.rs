@@ -53,32 +53,6 @@ macro_rules! of_degree {
 }
 pub(crate) use of_degree;
 
-/// An expression with the equation of walks in tables, whatever its channels.
-macro_rules! with_equation {
-    ($tables:expr, $equation:ident => $then:expr) => {{
-        let radiosity = $tables.radiosity()?;
-        match &$tables.channels {
-            None => {
-                let $equation = &fredholm_core::LastStep(&radiosity);
-                $then
-            }
-            // Red, green and blue are three.
-            Some(channels) if channels.channels <= 4 => {
-                let radiosity = radiosity.with_colours(channels.tint::<4>())?;
-                let $equation = &fredholm_core::LastStep(&radiosity);
-                $then
-            }
-            Some(channels) => {
-                let channels = channels.tint::<{ fredholm_core::MOST_CHANNELS }>();
-                let radiosity = radiosity.with_colours(channels)?;
-                let $equation = &fredholm_core::LastStep(&radiosity);
-                $then
-            }
-        }
-    }};
-}
-pub(crate) use with_equation;
-
 /// The largest degree of polynomials on a cell.
 const MOST_DEGREE: usize = 2;
 
@@ -221,10 +195,7 @@ impl SceneModel {
             Some(ColouredPart {
                 surface: self.scene.place(face)?.surface,
                 part: 0,
-                largest: Material {
-                    reflectance: own.reflectance,
-                    emission: own.emission,
-                },
+                largest: own.material(),
             })
         });
         colours.check(&self.names, parts)?;

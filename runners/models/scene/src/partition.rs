@@ -7,14 +7,14 @@ use fredholm_core::{LastStep, Real};
 use fredholm_model::cost::{Cost, WalkCost};
 use fredholm_model::{
     Discretisation, Error, Goal, Pairs, Partitioned, Request, SavedSystem, Scalar, Subject, System,
-    Then, WalkOptions, in_scalar,
+    Then, WalkOptions, in_channels, in_scalar,
 };
 use fredholm_scene::{Cells, ColourTables, Radiosity, Tables};
 
 use crate::SceneModel;
+use crate::of_degree;
 use crate::radius::{check_variance, radius};
 use crate::system::{SceneSystem, events};
-use crate::{of_degree, with_equation};
 
 /// About so many cells where nothing is said of them.
 const DEFAULT_CELLS: usize = 500;
@@ -58,7 +58,7 @@ pub(crate) struct WalkTables<F> {
 }
 
 impl<F: Real> WalkTables<F> {
-    /// The equation of one channel, from which [`with_equation`] makes that of all.
+    /// The equation of one channel, from which [`in_channels`] makes that of all.
     pub(crate) fn radiosity(&self) -> Result<Radiosity<'_, F>, Error> {
         let radiosity = Radiosity::new(self.tables.geometry(), &self.cells)?;
         Ok(radiosity.with_visible_shares(&self.shares)?)
@@ -158,8 +158,8 @@ impl<'m> ScenePartition<'m> {
 
     pub(crate) fn system(&self) -> Result<SceneSystem<'m>, Error> {
         let cut = &self.0;
-        let solution = with_equation!(cut.wide, equation => {
-            of_degree!(cut.degree, B => cut.solve::<_, B>(equation)?)
+        let solution = in_channels!(cut.wide.radiosity()?, &cut.wide.channels, radiosity => {
+            of_degree!(cut.degree, B => cut.solve::<_, B>(&LastStep(radiosity))?)
         });
         SceneSystem::new(cut, solution)
     }
@@ -253,19 +253,24 @@ impl<'m> Partitioned<'m> for ScenePartition<'m> {
     fn restore(&self, saved: SavedSystem<'m>) -> Result<Box<dyn System + 'm>, Error> {
         let cut = &self.0;
         let unknowns = self.unknowns().saturating_mul(cut.channels());
-        let solution = with_equation!(cut.wide, equation => of_degree!(cut.degree, B => {
-            let setup = cut.setup::<_, B>(equation);
-            let coefficients = self.cells().saturating_mul(setup.coefficients());
-            let solution = saved.fitting(unknowns, Some(coefficients))?;
-            setup.restore(solution.v, saved.coefficients.into_owned(), solution.convergence)?
-        }));
+        let solution = in_channels!(cut.wide.radiosity()?, &cut.wide.channels, radiosity => {
+            of_degree!(cut.degree, B => {
+                let equation = LastStep(radiosity);
+                let setup = cut.setup::<_, B>(&equation);
+                let coefficients = self.cells().saturating_mul(setup.coefficients());
+                let solution = saved.fitting(unknowns, Some(coefficients))?;
+                setup.restore(solution.v, saved.coefficients.into_owned(), solution.convergence)?
+            })
+        });
         Ok(Box::new(SceneSystem::new(cut, solution)?))
     }
 
     fn plain_job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
         in_scalar!(self.0.scalar, F => {
             let tables = self.0.tables::<F>()?;
-            with_equation!(tables, equation => self.0.job(equation, None, request, then))
+            in_channels!(tables.radiosity()?, &tables.channels, radiosity => {
+                self.0.job(&LastStep(radiosity), None, request, then)
+            })
         })
     }
 }

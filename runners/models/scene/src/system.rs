@@ -8,19 +8,19 @@ use fredholm_core::galerkin::{GalerkinError, Solution};
 use fredholm_core::sampled::{
     CellSteps, Sampled, SampledSetup, SampledSolution, SampledTables, ScoreVariance, SetupOptions,
 };
-use fredholm_core::{Neighbour, NoNeighbour, Real};
+use fredholm_core::{LastStep, Neighbour, NoNeighbour, Real};
 use fredholm_embedded::TableBuilder;
 use fredholm_model::channels::refuse_device_tables;
 use fredholm_model::{
     Error, Examined, GlobalSystem, Pairs, Request, SavedSystem, System, Then, WalkOptions,
-    in_scalar,
+    in_channels, in_scalar,
 };
 use fredholm_rayon::fill_rows;
 use fredholm_scene::{Point, Tint};
 
+use crate::of_degree;
 use crate::partition::{Cut, Walked};
 use crate::radius::{check_variance, radius};
-use crate::{of_degree, with_equation};
 
 /// Rays of a score by which the best number of rays is found.
 const TRIAL: NonZeroU32 = NonZeroU32::MIN.saturating_add(3);
@@ -139,7 +139,9 @@ impl System for SceneSystem<'_> {
     fn job(&self, request: &Request<'_>, then: &mut Then<'_>) -> Result<(), Error> {
         in_scalar!(self.cut.scalar, F => {
             let tables = self.cut.tables::<F>()?;
-            with_equation!(tables, equation => self.cut.job(equation, Some(self), request, then))
+            in_channels!(tables.radiosity()?, &tables.channels, radiosity => {
+                self.cut.job(&LastStep(radiosity), Some(self), request, then)
+            })
         })
     }
 

@@ -6,17 +6,18 @@ use fredholm_core::{
     DefaultGenerator, Equation as _, Functional, Goal, LastStep, Real, RngUniforms, Start, StartOf,
     Uniforms, Value as _, WalkSeeds,
 };
+use fredholm_model::channels::with_sum;
 use fredholm_model::{
-    Beside, Discretisation, Error, Partitioned, Spot, SpotWalks, WalkOptions, in_scalar, spots,
+    Beside, Discretisation, Error, Partitioned, Spot, SpotWalks, WalkOptions, in_channels,
+    in_scalar, spots,
 };
 use fredholm_rayon::Observer;
 use fredholm_scene::{Point, Radiosity, Tint, Wide};
 
+use crate::SceneModel;
 use crate::camera::Camera;
 use crate::partition::{ScenePartition, Walked};
 use crate::system::{AnyNeighbour, SceneSystem};
-use crate::walks::with_sum;
-use crate::{SceneModel, with_equation};
 
 /// Which numbers of a picture are wanted, and how.
 #[derive(Clone, Copy, Debug)]
@@ -66,7 +67,9 @@ impl SceneModel {
         walking();
         in_scalar!(discretisation.scalar, F => {
             let tables = system.cut.tables::<F>()?;
-            with_equation!(tables, equation => views(equation, &system, (request, watch), start))
+            in_channels!(tables.radiosity()?, &tables.channels, radiosity => {
+                views(&LastStep(radiosity), &system, (request, watch), start)
+            })
         })
     }
 }

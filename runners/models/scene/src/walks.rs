@@ -4,6 +4,7 @@ use fredholm_core::{
     At, Equation as _, Functional as _, Generators as _, Goal, Goals, Real, RngUniforms, Sobol,
     SobolPoint, Start, Value, WalkNumber, WalkSeeds,
 };
+use fredholm_model::channels::{self, with_sum};
 use fredholm_model::cost::PointwisePairs;
 use fredholm_model::heat::RadiativeExchange as _;
 use fredholm_model::numbers::largest;
@@ -124,13 +125,7 @@ impl Cut<'_> {
                 false => Err(Error::Internal("walks back for other receivers")),
             };
         }
-        Ok(match self.model.colours() {
-            Some(colours) => {
-                let targets = colours.names.targets(request.goals)?;
-                targets.map(|goal| goal.region.clone()).collect()
-            }
-            None => self.model.regions(request.goals, request.only_u),
-        })
+        channels::regions(self.model, self.model.colours(), request)
     }
 
     /// The places of these regions, or the sources.
@@ -159,15 +154,4 @@ impl Cut<'_> {
         }
         sum.scaled(1.0 / area)
     }
-}
-
-/// The numbers of all channels, and last their weighted sum, if there are weights.
-pub(crate) fn with_sum(value: &impl Value<f64>, weights: &[f64]) -> Vec<f64> {
-    let own = (0..value.channels()).map(|c| value.get(c));
-    let sum = own
-        .clone()
-        .zip(weights)
-        .map(|(own, weight)| own * weight)
-        .sum();
-    own.chain((!weights.is_empty()).then_some(sum)).collect()
 }

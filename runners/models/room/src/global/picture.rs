@@ -13,7 +13,7 @@ use fredholm_model::{
 use fredholm_rayon::{Observer, Replicates, fill_rows};
 use fredholm_room::{Enclosure, Seen};
 
-use super::{MOST_DEGREE, RoomField, RoomGlobal};
+use super::{MOST_DEGREE, RoomField};
 use crate::RoomModel;
 use crate::field::{Field, FieldRequest, is_inside};
 use fredholm_model::{BLANK, Spot};
@@ -55,7 +55,7 @@ impl RoomModel {
                 ),
             });
         }
-        let system = RoomGlobal::new(self.cut(discretisation)?.system()?);
+        let system = self.cut(discretisation)?.system()?;
         let whole = GlobalRequest {
             walk: request.walk,
             degree: system.default_degree(),
