@@ -295,7 +295,7 @@ fn surface(
 
 #[cfg(test)]
 mod tests {
-    use super::{Source, parse};
+    use super::parse;
 
     const SQUARE: &str = "T a square\nC 1 0 1e-4 8 0 1\nG 2\n! corners\nV 1 0 0\nV 2 1 0\nV 3 1 1\n\
                           V 4 0 1 / the last\nS 1 1 2 0 0 0 0.9 floor\nS 2 2 3 0 0 0 0.5 right wall\n\
@@ -319,52 +319,34 @@ mod tests {
 
     #[test]
     fn what_is_wrong_is_told_with_its_place() {
-        let wrong = |from: &str, to: &str| {
+        // What is wrong stands between « and ».
+        let bad = |from: &str, to: &str, words: &str| {
             assert_eq!(SQUARE.matches(from).count(), 1, "{from}");
-            let text = SQUARE.replace(from, to);
+            let marked = SQUARE.replace(from, to);
+            let place = marked.find('«').unwrap();
+            let text = marked.replace(['«', '»'], "");
             let wrong = parse(&text).unwrap_err();
-            let name = String::new();
-            let source = Source { name, text };
-            let found = source.locate(wrong.place.start);
-            (found.line, found.before + 1, wrong.message)
+            assert_eq!(wrong.place.start, place, "{}", wrong.message);
+            assert!(wrong.message.contains(words), "{}", wrong.message);
         };
-        let at = |from: &str, to: &str, line: usize, column: usize, words: &str| {
-            let (l, c, message) = wrong(from, to);
-            assert_eq!((l, c), (line, column), "{message}");
-            assert!(message.contains(words), "{message}");
-        };
-        at("V 2 1 0", "V 2 1 NaN", 6, 7, "finite");
-        at(
-            "V 2 1 0",
-            "V 2 one 0",
-            6,
-            5,
-            "\"one\" is not the coordinate x",
-        );
-        at("V 2 1 0", "V 2 1", 6, 6, "ends before the coordinate y");
-        at("V 2 1 0", "V 1 1 0", 6, 3, "second vertex 1");
-        at("S 2 2 3", "S 2 2 9", 10, 7, "no vertex 9");
-        at(
-            "S 2 2 3",
-            "S 1 2 3",
-            10,
-            3,
-            "second surface 1; the first is on line 9",
-        );
-        at("0.5 right wall", "1.5 right wall", 10, 15, "at most 1");
-        at(
-            "right wall",
-            "floor",
-            10,
-            1,
-            "named \"floor\"; the first is on line 9",
-        );
+        bad("V 2 1 0", "V 2 1 «NaN»", "finite");
+        bad("V 2 1 0", "V 2 «one» 0", "\"one\" is not the coordinate x");
+        bad("V 2 1 0", "V 2 1«»", "ends before the coordinate y");
+        bad("V 2 1 0", "V «1» 1 0", "second vertex 1");
+        bad("S 2 2 3", "S 2 2 «9»", "no vertex 9");
+        let second = "second surface 1; the first is on line 9";
+        bad("S 2 2 3", "S «1» 2 3", second);
+        bad("0.5 right wall", "«1.5» right wall", "at most 1");
+        let same = "«S» 2 2 3 0 0 0 0.5 floor";
+        let first = "named \"floor\"; the first is on line 9";
+        bad("S 2 2 3 0 0 0 0.5 right wall", same, first);
         // Only what stands above can be a base, or combined with.
-        at("0 0 0 0.5", "0 0 4 0.5", 10, 13, "no surface 4 above");
-        at("0 0 0 0.5", "0 2 0 0.5", 10, 11, "no surface 2 above");
-        at("G 2", "G 3", 3, 3, "two-dimensional");
-        at("V 3 1 1", "W 3 1 1", 7, 1, "unknown key");
-        at("End of data\nanything\n", "", 12, 1, "cut short");
+        bad("0 0 0 0.5", "0 0 «4» 0.5", "no surface 4 above");
+        bad("0 0 0 0.5", "0 «2» 0 0.5", "no surface 2 above");
+        bad("G 2", "G «3»", "two-dimensional");
+        bad("V 3 1 1", "«W» 3 1 1", "unknown key");
+        let last = "s 4 4 1 0 0 0 1.0 left\nEnd of data\nanything\n";
+        bad(last, "«s» 4 4 1 0 0 0 1.0 left\n", "cut short");
         assert!(parse("").unwrap_err().message.contains("cut short"));
         assert!(
             parse("End of data")
