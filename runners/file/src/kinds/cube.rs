@@ -11,7 +11,7 @@ use super::parameters::unused;
 use super::space::{Space, check_formula};
 use super::{Kind, KindEntry, shared};
 use crate::place::{InputError, Place, Placed};
-use crate::section::Section;
+use crate::section::{Field, Section};
 use crate::{ProblemFile, Resolution, What};
 
 pub(super) const ENTRY: KindEntry = KindEntry {
@@ -57,7 +57,7 @@ fn read(mut section: Section<'_, '_>) -> Result<Cube, InputError> {
         section.optional("kernel_factors"),
     );
     let source = section.required("source")?.string()?;
-    let solution = section.optional("solution");
+    let solution = section.read("solution", Field::string)?;
     section.finish()?;
     let kernel = match (kernel, factors) {
         (Some(kernel), None) => KernelText::General(kernel.string()?),
@@ -76,7 +76,7 @@ fn read(mut section: Section<'_, '_>) -> Result<Cube, InputError> {
         space,
         kernel,
         source,
-        solution: solution.map(|field| field.string()).transpose()?,
+        solution,
     })
 }
 

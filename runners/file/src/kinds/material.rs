@@ -59,12 +59,7 @@ pub(super) fn read_temperatures(
     field: &Field<'_, '_>,
 ) -> Result<Placed<Vec<Placed<f64>>>, InputError> {
     match &field.value {
-        DeValue::Array(array) => {
-            let items = array.iter().enumerate();
-            let values = items.map(|(index, item)| read_temperature(&field.element(index, item)));
-            let values = values.collect::<Result<_, _>>()?;
-            Ok(Placed::file(field.span.clone(), values))
-        }
+        DeValue::Array(_) => field.elements("an array", read_temperature),
         DeValue::String(_) => Ok(Placed::file(
             field.span.clone(),
             vec![read_temperature(field)?],

@@ -1,7 +1,5 @@
 //! The surfaces of a room, `[[problem.surface]]`.
 
-use toml::de::DeValue;
-
 use super::material::{
     EMISSIVITY, Material, Numbers, TEMPERATURE, is_emissivity, is_temperature, read_temperatures,
 };
@@ -23,39 +21,18 @@ pub struct Surface {
     pub material: Material,
 }
 
-/// Reads the surfaces of a room in so many channels, and whether these are bands; 0: nothing is said of channels.
-pub(super) fn read_surfaces(
-    field: Field<'_, '_>,
-    channels: (usize, bool),
-) -> Result<Vec<Surface>, InputError> {
-    let DeValue::Array(array) = &field.value else {
-        return Err(field.mistyped("a list of tables: write `[[problem.surface]]`"));
-    };
-    let items = array.iter().enumerate();
-    items
-        .map(|(index, item)| {
-            let table = field.element(index, item);
-            read_surface(table.section("in `[[problem.surface]]`")?, channels)
-        })
-        .collect()
-}
-
-fn read_surface(
+/// Reads a surface of a room in so many channels, and whether these are bands; 0: nothing is said of channels.
+pub(super) fn read_surface(
     mut section: Section<'_, '_>,
     (channels, in_bands): (usize, bool),
 ) -> Result<Surface, InputError> {
     let name = section.required("name")?.string()?;
-    let points = section.optional("points").map(read_points).transpose()?;
+    let points = section.read("points", read_points)?;
     if channels > 0 {
-        let mut lists = |key| {
-            let lists = section.optional(key).map(|f| read_lists(&f, channels));
-            lists.transpose()
-        };
+        let mut lists = |key| section.read(key, |field| read_lists(field, channels));
         let material = if in_bands {
             let emissivity = lists("emissivity")?;
-            let temperature = section.optional("temperature");
-            let temperature = temperature.map(|field| read_temperatures(&field));
-            Material::Banded(emissivity, temperature.transpose()?)
+            Material::Banded(emissivity, section.read("temperature", read_temperatures)?)
         } else {
             Material::Coloured(lists("reflectance")?, lists("emission")?)
         };
@@ -130,25 +107,14 @@ const REFLECTANCE: &str = "a reflectance must be at least 0 and at most 1";
 const EMISSION: &str = "an emission must be finite";
 
 /// Reads a list of points.
-fn read_points(field: Field<'_, '_>) -> Result<Placed<Vec<Placed<[f64; 2]>>>, InputError> {
-    let DeValue::Array(array) = &field.value else {
-        return Err(field.mistyped("a list of points [x, y]"));
-    };
-    let items = array.iter().enumerate();
-    let points = items
-        .map(|(index, item)| {
-            let point = field.element(index, item);
-            let numbers = match &point.value {
-                DeValue::Array(_) => point.numbers()?,
-                _ => return Err(point.mistyped("a point [x, y]")),
-            };
-            match numbers.value.as_slice() {
-                [x, y] => Ok(Placed::file(point.span.clone(), [x.value, y.value])),
-                _ => Err(point.error("a point has two coordinates: [x, y]")),
-            }
-        })
-        .collect::<Result<Vec<_>, _>>()?;
-    Ok(Placed::file(field.span.clone(), points))
+fn read_points(field: &Field<'_, '_>) -> Result<Placed<Vec<Placed<[f64; 2]>>>, InputError> {
+    field.elements("a list of points [x, y]", |point| {
+        let numbers = point.elements("a point [x, y]", Field::number)?;
+        match numbers.value.as_slice() {
+            [x, y] => Ok(Placed::file(point.span.clone(), [x.value, y.value])),
+            _ => Err(point.error("a point has two coordinates: [x, y]")),
+        }
+    })
 }
 
 impl Surface {

@@ -23,6 +23,7 @@ use fredholm_scene::{Beam, Enclosure, Material, Polygon, Scene, SceneError, Surf
 pub(crate) use description::of_problem;
 pub use sky::SkyBands;
 
+use crate::words::{Words, Wrong, lines};
 use crate::{InputError, Source, load};
 
 /// A commented description of a scene, as `fredholm init scene` prints it.
@@ -323,96 +324,6 @@ fn parse(name: &str, format: Format, bytes: Vec<u8>) -> Result<SceneFile, InputE
         return Err(InputError::new(format_args!("{name}: there are no faces")));
     }
     Ok(scene)
-}
-
-/// What is wrong, and the bytes where it is.
-#[derive(Clone, Debug, PartialEq)]
-struct Wrong {
-    place: core::ops::Range<usize>,
-    message: String,
-}
-
-impl Wrong {
-    fn at(self, source: &Source) -> InputError {
-        source.error(self.place, self.message)
-    }
-}
-
-/// The words of a line, with what an error needs.
-#[derive(Clone, Debug)]
-struct Words<'t> {
-    /// The whole text.
-    text: &'t str,
-    rest: &'t str,
-    line: u32,
-}
-
-/// The lines of a text that say something; what follows one of `comments` does not.
-fn lines<'t>(text: &'t str, comments: &'static [char]) -> impl Iterator<Item = Words<'t>> {
-    (1..).zip(text.lines()).filter_map(move |(line, content)| {
-        let rest = content.split(comments).next().unwrap_or("").trim_end();
-        (!rest.trim_start().is_empty()).then_some(Words { text, rest, line })
-    })
-}
-
-impl<'t> Words<'t> {
-    /// The next word, perhaps empty.
-    fn next(&mut self) -> &'t str {
-        let rest = self.rest.trim_start();
-        let end = rest.find(char::is_whitespace).unwrap_or(rest.len());
-        let (word, rest) = rest.split_at(end);
-        self.rest = rest;
-        word
-    }
-
-    /// An error about a word of the text.
-    fn wrong(&self, word: &str, message: impl Display) -> Wrong {
-        let start = word.as_ptr() as usize - self.text.as_ptr() as usize;
-        Wrong {
-            place: start..start + word.len(),
-            message: message.to_string(),
-        }
-    }
-
-    fn word(&mut self, what: &str) -> Result<&'t str, Wrong> {
-        let word = self.next();
-        if word.is_empty() {
-            return Err(self.wrong(self.rest, format_args!("the line ends before {what}")));
-        }
-        Ok(word)
-    }
-
-    fn parsed<T: core::str::FromStr>(&mut self, what: &str) -> Result<T, Wrong> {
-        let word = self.word(what)?;
-        let wrong = |_| self.wrong(word, format_args!("{word:?} is not {what}"));
-        word.parse().map_err(wrong)
-    }
-
-    fn number(&mut self, what: &str) -> Result<f64, Wrong> {
-        let word = self.word(what)?;
-        let number = word.parse::<f64>().ok().filter(|x| x.is_finite());
-        number.ok_or_else(|| {
-            self.wrong(
-                word,
-                format_args!("{what} must be a finite number, not {word:?}"),
-            )
-        })
-    }
-
-    fn point(&mut self) -> Result<[f64; 3], Wrong> {
-        Ok([
-            self.number("the coordinate x")?,
-            self.number("the coordinate y")?,
-            self.number("the coordinate z")?,
-        ])
-    }
-
-    /// What is left of the line, as a name: what moves the caret of a terminal is no part of it.
-    fn name(&mut self) -> String {
-        let name = self.rest.replace(char::is_control, " ");
-        self.rest = "";
-        name.trim().to_owned()
-    }
 }
 
 /// An error of a file without lines, or one that no line shows.
