@@ -6,8 +6,8 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
 use fredholm::{Choices, Estimator, Form, Pairs, Scalar, Sequence};
+use fredholm_file::parts::Share;
 use fredholm_file::{KINDS, Placed, ProblemFile};
-use fredholm_parts::Share;
 
 /// Solves Fredholm integral equations u = T_K u + F of the second kind by random walks whose
 /// variance is reduced by a neighbour equation. Results are unbiased and carry an error bar.

@@ -7,7 +7,7 @@ use fredholm_plot::Drawing;
 use crate::failure::Failure;
 use crate::file::{ProblemFile, kinds::Room};
 use crate::table;
-use fredholm_parts::output::Output;
+use fredholm_file::parts::output::Output;
 
 /// Draws the surfaces of a file.
 pub(crate) fn draw(file: &ProblemFile, out: &Path) -> Result<(), Failure> {

@@ -6,7 +6,7 @@ use fredholm::model::LastSteps;
 use crate::args::ExportArgs;
 use crate::failure::{Ended, Failure};
 use crate::solve::{Problem, cut, read};
-use fredholm_parts::output::Output;
+use fredholm_file::parts::output::Output;
 
 /// Runs `export`.
 pub(crate) fn export(args: &ExportArgs) -> Result<Ended, Failure> {

@@ -18,7 +18,7 @@ use crate::file::{ProblemFile, kinds::Room};
 use crate::numbers::aligned;
 use crate::sparse::Rows;
 use crate::{scene, solve};
-use fredholm_parts::output::Output;
+use fredholm_file::parts::output::Output;
 
 /// The most surfaces of scenes and rooms of which a table is printed.
 const WIDEST: usize = 200;

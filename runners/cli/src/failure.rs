@@ -5,7 +5,7 @@ use core::sync::atomic::{AtomicBool, Ordering};
 use std::io::{self, Write};
 use std::process::ExitCode;
 
-use fredholm_parts::FileError;
+use fredholm_file::parts::FileError;
 
 use crate::file::{InputError, ProblemFile};
 

@@ -70,7 +70,7 @@ pub fn program_of(process: Process<'_>) -> Result<ExitCode, Failure> {
 
 fn command(process: Option<Process<'_>>) -> Result<ExitCode, Failure> {
     let ended = Cli::try_parse().map_or_else(not_parsed, |cli| run(&cli.command, process));
-    fredholm_parts::output::remove_unfinished();
+    fredholm_file::parts::output::remove_unfinished();
     ended.map(Ended::status)
 }
 
@@ -125,7 +125,7 @@ fn run(command: &Command, process: Option<Process<'_>>) -> Result<Ended, Failure
 
 /// Ends the program where there is nothing to print: leaves nothing behind, and makes nothing new in between.
 fn stop_at_once() {
-    let _held = fredholm_parts::output::give_up();
+    let _held = fredholm_file::parts::output::give_up();
     failure::say("warning: interrupted");
     std::process::exit(130)
 }

@@ -18,7 +18,7 @@ use crate::table;
 use crate::threads::with_threads;
 use by_degree::ByDegree;
 use figures::{deviation_figure, work_figure};
-use fredholm_parts::output::{Output, open_all};
+use fredholm_file::parts::output::{Output, open_all};
 
 /// A standard deviation is measured on so many walks at least; the error of fewer follows from it.
 const ENOUGH_WALKS: u64 = 1 << 16;

@@ -10,7 +10,7 @@ use std::path::Path;
 use fredholm::scene::Beside;
 use fredholm::{Error, WalkOptions};
 use fredholm_file::Resolution;
-use fredholm_parts::output::Output;
+use fredholm_file::parts::output::Output;
 use fredholm_plot::Figure;
 
 use crate::args::RenderArgs;

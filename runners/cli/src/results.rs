@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use fredholm::model::WholeValues;
 use fredholm::report::{Column, Columns, GlobalReport, Report};
 use fredholm_file::npz::Archive;
-use fredholm_parts::output::Output;
+use fredholm_file::parts::output::Output;
 use fredholm_plot::{Cell, Figure, GridPicture, Mesh, Quantity, lattice};
 use serde::Serialize;
 

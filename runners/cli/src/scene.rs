@@ -20,7 +20,7 @@ use crate::progress::bar;
 use crate::sparse::Rows;
 use crate::table;
 use crate::threads::with_threads;
-use fredholm_parts::output::Output;
+use fredholm_file::parts::output::Output;
 
 /// The error of form factors behind obstacles if nothing else is asked for.
 pub(crate) const ERROR: f64 = 1e-9;

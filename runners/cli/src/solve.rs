@@ -12,7 +12,7 @@ use fredholm::{
 };
 use fredholm_core::STEP_LIMIT;
 use fredholm_file::Resolved;
-use fredholm_parts::{Keeper, Share, SystemFile};
+use fredholm_file::parts::{Keeper, Share, SystemFile};
 
 use crate::Process;
 use crate::args::{SolveArgs, set};
@@ -26,7 +26,7 @@ use crate::results::{self, Format};
 use crate::table;
 use crate::threads::with_threads;
 use fredholm::StopReason;
-use fredholm_parts::output::Output;
+use fredholm_file::parts::output::Output;
 
 /// Reads and validates a file, with the command line's values in place of its own.
 pub(crate) fn read(

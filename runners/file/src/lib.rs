@@ -2,12 +2,13 @@
 
 mod channels;
 pub mod deck;
+pub mod formula;
 pub mod kinds;
 mod load;
 mod model;
 pub mod npz;
 mod output;
-mod parts;
+pub mod parts;
 mod place;
 mod points;
 pub mod scene;
@@ -25,7 +26,6 @@ pub use fredholm::{Choices, Estimator, Form, Method, Pairs, Scalar, Sequence};
 pub use kinds::{KINDS, Kind, KindEntry};
 pub use load::{MAX_BYTES, load, load_from, utf8};
 pub use model::{Resolution, Resolved};
-pub use parts::merged;
 pub use place::{InputError, Place, Placed, Source};
 use section::{Field, Section};
 

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
+use crate::formula::{Formula, Variables};
 use fredholm::cube::CubeModel;
 use fredholm::{Error, Region, Target};
-use fredholm_formula::{Formula, Variables};
 
 use super::functions::formulas;
 use super::parameters::unused;

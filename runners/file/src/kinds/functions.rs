@@ -1,6 +1,6 @@
 //! The formulas of a cube as functions.
 
-use fredholm_formula::Formulas;
+use crate::formula::Formulas;
 
 use super::{Cube, KernelText};
 use crate::Placed;

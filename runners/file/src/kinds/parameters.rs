@@ -1,6 +1,6 @@
 //! Numbers with names, which formulas know.
 
-use fredholm_formula::{Parameter, constant, occurrences, refused_name};
+use crate::formula::{Parameter, constant, occurrences, refused_name};
 use toml::de::DeValue;
 
 use crate::ProblemFile;

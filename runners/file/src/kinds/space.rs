@@ -1,7 +1,7 @@
 //! What formulas are functions of: the points of a product of intervals, and numbers with names; and what is asked for there.
 
+use crate::formula::{self, Parameter, Variables};
 use fredholm::{Ask, Method, Region, Target};
-use fredholm_formula::{self as formula, Parameter, Variables};
 
 use super::parameters::{number, read_parameters};
 use crate::model::{NOTHING, grid};

@@ -1,8 +1,8 @@
 //! `[problem]` with `kind = "system"`, and what it asks of the rest of the file.
 
+use crate::formula::Formula;
 use fredholm::system::{MOST_COMPONENTS, MOST_DIMENSIONS, SystemModel};
 use fredholm::{Error, Region, Scalar, Target};
-use fredholm_formula::Formula;
 
 use super::parameters::unused;
 use super::space::{Space, check_formula};

@@ -129,7 +129,7 @@ pub(crate) fn bessel_k<const N: u32>(x: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::{bessel_i, bessel_k, exponential_integral};
-    use crate::Formula;
+    use crate::formula::Formula;
 
     /// Values at 0.25, 1, 2.5 and 40, of mpmath with 40 digits. Those at 1 are in Abramowitz and Stegun, tables 5.1, 5.4, 7.1, 9.1 and 9.8.
     const TABLE: &str = "

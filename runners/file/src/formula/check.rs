@@ -4,8 +4,8 @@ use core::ops::Range;
 
 use nanoexpr::ErrorKind;
 
-use crate::plain::is_word;
-use crate::{Formula, FormulaError, KNOWN, Parameter, Plain, TWO, Variables, is_function};
+use super::plain::is_word;
+use super::{Formula, FormulaError, KNOWN, Parameter, Plain, TWO, Variables, is_function};
 
 /// Names that mean a function elsewhere, and what is written here.
 const ELSEWHERE: [(&str, &str); 24] = [
@@ -71,7 +71,7 @@ pub fn check(text: &str, variables: Variables<'_>) -> Result<(), FormulaError> {
 /// The value of a formula without coordinates.
 ///
 /// ```
-/// use fredholm_formula::constant;
+/// use fredholm_file::formula::constant;
 ///
 /// assert_eq!(constant("3/2 * |-1|", &[]), Ok(1.5));
 /// assert!(constant("1/0", &[]).unwrap_err().message.contains("is inf"));
@@ -274,7 +274,7 @@ pub(crate) struct Name<'t> {
 /// The number of times that a text has a name.
 ///
 /// ```
-/// assert_eq!(fredholm_formula::occurrences("2*a + ab - a", "a"), 2);
+/// assert_eq!(fredholm_file::formula::occurrences("2*a + ab - a", "a"), 2);
 /// ```
 pub fn occurrences(text: &str, name: &str) -> usize {
     names(text).iter().filter(|own| own.text == name).count()
@@ -313,7 +313,7 @@ pub(crate) fn names(text: &str) -> Vec<Name<'_>> {
 #[cfg(test)]
 mod tests {
     use super::check;
-    use crate::{Parameter, Variables};
+    use crate::formula::{Parameter, Variables};
 
     /// Demands an error at what stands between « and » in a formula, with these words in the message.
     fn wrong(marked: &str, variables: Variables<'_>, words: &str) {

@@ -5,15 +5,15 @@ use std::sync::Arc;
 use fredholm::cube::{CubeFunctions, CubeValues};
 use fredholm_core::Real;
 
-use crate::{Formula, Parameter};
+use super::{Formula, Parameter};
 
-/// The formulas of an equation on a cube, which [`check`](crate::check) has accepted.
+/// The formulas of an equation on a cube, which [`check`](super::check) has accepted.
 ///
 /// ```
 /// use std::sync::Arc;
 ///
 /// use fredholm::cube::CubeFunctions;
-/// use fredholm_formula::Formulas;
+/// use fredholm_file::formula::Formulas;
 ///
 /// let formulas = Formulas {
 ///     dimension: 1,
