@@ -11,7 +11,6 @@ mod export;
 mod factors;
 mod failure;
 mod global;
-mod init;
 mod merge;
 mod paper;
 mod progress;
@@ -31,7 +30,7 @@ use args::{Cli, Command};
 use clap::{CommandFactory, Parser};
 use failure::Ended;
 use fredholm::numbers;
-use fredholm_file::{self as file, deck};
+use fredholm_file::{self as file, KINDS, deck};
 use fredholm_rayon::Crew;
 use progress::Signals;
 
@@ -100,7 +99,12 @@ fn run(command: &Command, process: Option<Process<'_>>) -> Result<Ended, Failure
         Command::Verify(args) => verify::verify(args, signals),
         Command::Check { file, out } => solve::check(file, out.as_deref(), signals),
         Command::Export(args) => export::export(args),
-        Command::Init { kind } => init::init(kind),
+        Command::Init { kind } => {
+            let entry = KINDS.iter().find(|entry| entry.word == kind);
+            // The command line lets no other word pass.
+            failure::print(entry.map_or("", |entry| entry.template))?;
+            Ok(Ended::Done)
+        }
         Command::Man {
             folder: Some(folder),
         } => {

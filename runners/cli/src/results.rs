@@ -41,7 +41,7 @@ pub(crate) trait Results: Serialize {
 impl Format {
     /// What to write where, known to be possible before any work is done.
     pub(crate) fn open(path: &Path, problem: &Problem) -> Result<(Self, Output), Failure> {
-        let refuse = |why: &str| Failure::input(format_args!("`--out {}`: {why}", path.display()));
+        let refuse = |why: &str| Failure::of_out(path, why);
         let format = match path.extension().and_then(|e| e.to_str()) {
             Some("json") => Self::Json,
             Some("csv") => Self::Csv,

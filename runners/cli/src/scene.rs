@@ -258,8 +258,7 @@ pub(crate) fn check(file: &SceneFile, out: Option<&Path>) -> Result<Ended, Failu
     // Before it is refused: the picture may show why.
     if let Some(path) = out {
         if path.extension().is_none_or(|e| e != "svg") {
-            let message = format_args!("`--out {}`: the name must end in .svg", path.display());
-            return Err(Failure::input(message));
+            return Err(Failure::of_out(path, "the name must end in .svg"));
         }
         let polygons = |surface: &SceneSurface| {
             let own = surface.polygons.iter();

@@ -26,7 +26,7 @@ pub use fredholm::{Choices, Estimator, Form, Method, Pairs, Scalar, Sequence};
 pub use kinds::{KINDS, Kind, KindEntry};
 pub use load::{MAX_BYTES, load, load_from, utf8};
 pub use model::{Resolution, Resolved};
-pub use place::{InputError, Place, Placed, Source};
+pub use place::{InputError, Place, Placed, SetByFlag, Source};
 use section::{Field, Section};
 
 /// The largest number of cells accepted.

@@ -58,6 +58,28 @@ impl<T> Placed<T> {
     }
 }
 
+/// A value of a file that a flag may replace.
+pub trait SetByFlag<T> {
+    /// Puts the value of the command-line flag `flag` in the place of this one, if the flag was given.
+    fn set_by(&mut self, flag: &'static str, given: Option<T>);
+}
+
+impl<T> SetByFlag<T> for Placed<T> {
+    fn set_by(&mut self, flag: &'static str, given: Option<T>) {
+        if let Some(value) = given {
+            *self = Self::flag(flag, value);
+        }
+    }
+}
+
+impl<T> SetByFlag<T> for Option<Placed<T>> {
+    fn set_by(&mut self, flag: &'static str, given: Option<T>) {
+        if let Some(value) = given {
+            *self = Some(Placed::flag(flag, value));
+        }
+    }
+}
+
 /// An error of the input, rendered with the place in the file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct InputError {

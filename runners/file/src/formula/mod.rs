@@ -18,7 +18,6 @@
 
 mod check;
 mod compiled;
-mod functions;
 mod plain;
 mod special;
 
@@ -29,7 +28,6 @@ use fredholm_core::Real;
 use nanoexpr::{Context, ErrorKind, Number};
 
 pub use check::{check, constant, occurrences};
-pub use functions::Formulas;
 pub use plain::{Parameter, Plain};
 
 use compiled::Compiled;
