@@ -72,7 +72,7 @@ impl ProblemFile {
     /// # Errors
     /// What the model does not take, at its place.
     pub fn resolve_for(&mut self, settings: Settings) -> Result<Resolved, InputError> {
-        self.walk.scalar = Placed::chosen(settings.scalar);
+        self.walk.scalar = Placed::default(settings.scalar);
         let (model, targets) = self.problem.resolve(self)?;
         Ok(Resolved {
             model,

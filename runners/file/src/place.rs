@@ -40,11 +40,6 @@ impl<T> Placed<T> {
         Self { value, place }
     }
 
-    /// A value which the program chose.
-    pub fn chosen(value: T) -> Self {
-        Self::default(value)
-    }
-
     /// A value which stands in the file.
     pub(crate) fn file(span: Range<usize>, value: T) -> Self {
         let place = Place::File(span);

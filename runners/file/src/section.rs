@@ -326,6 +326,11 @@ impl<'s, 'i> Field<'s, 'i> {
         self.error(format_args!("`{name}` must be {wanted}, found {found}"))
     }
 
+    /// An error about the key of this value, which does not belong here.
+    pub(crate) fn unsuited(&self, message: impl Display) -> InputError {
+        self.source.error(self.key.clone(), message)
+    }
+
     /// An error about this value.
     pub(crate) fn error(&self, message: impl Display) -> InputError {
         self.source.error(self.span.clone(), message)

@@ -14,8 +14,9 @@ use crate::place::{InputError, Place, Placed, Source};
 use crate::section::{Field, Section, nearest};
 use crate::validate::{UNPRINTABLE, is_printable};
 
-/// Whether a text describes a scene.
-pub(super) fn is_one(text: &str) -> bool {
+/// Whether the text of a problem file describes a scene: whether its `[problem]` is of kind "scene".
+#[must_use]
+pub fn is_description(text: &str) -> bool {
     let Ok(tree) = DeTable::parse(text) else {
         return false;
     };
@@ -35,7 +36,11 @@ pub(super) struct Reader<'s> {
     pub(super) bands: Option<Bands>,
 }
 
-pub(super) fn read(name: &str, text: &str) -> Result<SceneFile, InputError> {
+/// Reads the description of a scene with the name `name` and the content `text`.
+///
+/// # Errors
+/// What is wrong, with its place.
+pub fn parse_description(name: &str, text: &str) -> Result<SceneFile, InputError> {
     let source = Source {
         name: name.to_owned(),
         text: text.to_owned(),

@@ -21,6 +21,7 @@ use std::path::Path;
 use fredholm_scene::{Beam, Enclosure, Material, Polygon, Scene, SceneError, Surface};
 
 pub(crate) use description::of_problem;
+pub use description::{is_description, parse_description};
 pub use sky::SkyBands;
 
 use crate::words::{Words, Wrong, lines};
@@ -216,14 +217,12 @@ fn distinguish(surfaces: &mut [SceneSurface]) {
     }
 }
 
-/// The kinds of files that are read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// The kinds of meshes.
 enum Format {
     Obj,
     Stl,
     Ply,
     Vs3,
-    Toml,
 }
 
 /// The format of a file by the end of its name.
@@ -234,7 +233,6 @@ fn format_of(path: &Path) -> Option<Format> {
         "stl" => Some(Format::Stl),
         "ply" => Some(Format::Ply),
         "vs3" => Some(Format::Vs3),
-        "toml" => Some(Format::Toml),
         _ => None,
     }
 }
@@ -242,41 +240,15 @@ fn format_of(path: &Path) -> Option<Format> {
 /// Whether files of this name are meshes or decks of scenes in space.
 #[must_use]
 pub fn is_mesh(path: &Path) -> bool {
-    format_of(path).is_some_and(|format| format != Format::Toml)
+    format_of(path).is_some()
 }
 
-/// Whether the text of a problem file describes a scene: whether its `[problem]` is of kind "scene".
-#[must_use]
-pub fn is_description(text: &str) -> bool {
-    description::is_one(text)
-}
-
-/// Reads a scene of any format, by the end of the file's name.
+/// Reads a mesh or deck, whose name's end says the format.
 ///
 /// # Errors
 /// What cannot be read, or is wrong, with its place.
 pub fn read(path: &Path) -> Result<SceneFile, InputError> {
-    let name = path.display().to_string();
-    let Some(format) = format_of(path) else {
-        return Err(InputError::new(format_args!(
-            "{name}: a scene is an .obj, .stl, .ply, .vs3 or .toml file"
-        )));
-    };
-    if format == Format::Toml {
-        let bytes = load(path, crate::MAX_BYTES)?;
-        let text = crate::utf8(&name, bytes)?;
-        return description::read(&name, &text);
-    }
-    let bytes = load(path, MAX_BYTES)?;
-    parse(&name, format, bytes)
-}
-
-/// Reads the description of a scene with the name `name` and the content `text`.
-///
-/// # Errors
-/// What is wrong, with its place.
-pub fn parse_description(name: &str, text: &str) -> Result<SceneFile, InputError> {
-    description::read(name, text)
+    parse_mesh(&path.display().to_string(), load(path, MAX_BYTES)?)
 }
 
 /// Reads the mesh or deck of this name, whose end says the format.
@@ -284,20 +256,12 @@ pub fn parse_description(name: &str, text: &str) -> Result<SceneFile, InputError
 /// # Errors
 /// What is wrong, with its place.
 pub fn parse_mesh(name: &str, bytes: Vec<u8>) -> Result<SceneFile, InputError> {
-    match format_of(Path::new(name)) {
-        Some(format) if format != Format::Toml => parse(name, format, bytes),
-        _ => Err(InputError::new(format_args!(
+    let Some(format) = format_of(Path::new(name)) else {
+        return Err(InputError::new(format_args!(
             "{name}: a mesh is an .obj, .stl, .ply or .vs3 file"
-        ))),
-    }
-}
-
-fn parse(name: &str, format: Format, bytes: Vec<u8>) -> Result<SceneFile, InputError> {
-    let mut scene = SceneFile {
-        // A mesh does not say; a deck does.
-        open: false,
-        ..SceneFile::default()
+        )));
     };
+    let mut scene = SceneFile::default();
     let file = scene.file(name);
     match format {
         Format::Stl => stl::read(&mut scene, file, name, &bytes)?,
