@@ -60,19 +60,22 @@ pub(crate) fn replace(file: &mut ProblemFile, options: &Bound<'_, PyDict>) -> Py
     walk.walks.set_by("walks", given(options, "walks")?);
     let absorption = given(options, "absorption")?;
     walk.absorption.set_by("absorption", absorption);
-    walk.estimator.set_by("estimator", word(options, "estimator")?);
+    walk.estimator
+        .set_by("estimator", word(options, "estimator")?);
     walk.form.set_by("form", word(options, "form")?);
     walk.sequence.set_by("sequence", word(options, "sequence")?);
     let forced_steps = given(options, "forced_steps")?;
     walk.forced_steps.set_by("forced_steps", forced_steps);
     // `global` is a word of Python.
     walk.global.set_by("global_", given(options, "global_")?);
-    walk.last_step.set_by("last_step", given(options, "last_step")?);
+    walk.last_step
+        .set_by("last_step", given(options, "last_step")?);
     walk.adjoint.set_by("adjoint", given(options, "adjoint")?);
     walk.scalar.set_by("scalar", word(options, "scalar")?);
     walk.seed.set_by("seed", given(options, "seed")?);
     walk.batch.set_by("batch", given(options, "batch")?);
-    walk.relative.set_by("relative", given(options, "relative")?);
+    walk.relative
+        .set_by("relative", given(options, "relative")?);
     let target_error = given(options, "target_error")?;
     walk.target_error.set_by("target_error", target_error);
     if let Some(allow) = given(options, "allow_infinite_variance")? {
