@@ -36,6 +36,8 @@ pub(crate) trait Results: Serialize {
     fn csv(&self) -> Result<String, fredholm::Error>;
     fn svg(&self, grid: &str) -> Result<Figure, Failure>;
     fn columns(&self) -> Columns;
+    fn table(&self) -> String;
+    fn remarks(&self) -> Vec<String>;
 }
 
 impl Format {
@@ -306,6 +308,14 @@ impl Results for Report {
     fn columns(&self) -> Columns {
         Self::columns(self)
     }
+
+    fn table(&self) -> String {
+        Self::table(self)
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        Self::remarks(self)
+    }
 }
 
 impl Results for GlobalReport {
@@ -319,5 +329,13 @@ impl Results for GlobalReport {
 
     fn columns(&self) -> Columns {
         Self::columns(self)
+    }
+
+    fn table(&self) -> String {
+        Self::table(self)
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        self.summary.remarks()
     }
 }

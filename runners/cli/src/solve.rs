@@ -22,7 +22,7 @@ use crate::file::{self, ProblemFile, SetByFlag as _};
 use crate::global;
 use crate::numbers::short;
 use crate::progress::{Progress, Signals};
-use crate::results::{self, Format};
+use crate::results::{self, Format, Results};
 use crate::table;
 use crate::threads::with_threads;
 use fredholm::StopReason;
@@ -164,22 +164,10 @@ pub(crate) fn solve(
     }
     report.part = args.part.map(|part| part.to_string());
     let written = show(&report, args.common.json, begun.output)?;
-    match report.stop {
-        StopReason::ToleranceNotReached => match &report.reason {
-            Some(why) => say(format_args!(
-                "warning: the requested error was not reached: {why}"
-            )),
-            None => say(format_args!(
-                "warning: the requested error was not reached within {} walks a target",
-                problem.resolved.settings.walk_options().walks
-            )),
-        },
-        StopReason::TimeLimit => {
-            say("warning: stopped at the time limit; these are partial results");
-        }
-        StopReason::Cancelled => say("warning: interrupted; these are partial results"),
-        StopReason::Done => {}
-    }
+    let walks = problem.resolved.settings.walk_options().walks;
+    let within = || format!(" within {walks} walks a target");
+    let why = report.reason.as_ref().map(|why| format!(": {why}"));
+    say_stop(report.stop, &why.unwrap_or_else(within));
     if let (Some(part), Some(path)) = (&report.part, &args.save) {
         say(format_args!(
             "note: this is part {part} alone, kept in {}; `fredholm merge` makes one result of all parts",
@@ -189,9 +177,23 @@ pub(crate) fn solve(
     written.map(|()| ended)
 }
 
+/// Says why walks ended before what was asked for, and of a requested error why it was not reached.
+pub(crate) fn say_stop(stop: StopReason, why: &str) {
+    match stop {
+        StopReason::ToleranceNotReached => say(format_args!(
+            "warning: the requested error was not reached{why}"
+        )),
+        StopReason::TimeLimit => {
+            say("warning: stopped at the time limit; these are partial results");
+        }
+        StopReason::Cancelled => say("warning: interrupted; these are partial results"),
+        StopReason::Done => {}
+    }
+}
+
 /// Prints a report, and writes it to its file. Results that cannot be written there are printed nevertheless.
 pub(crate) fn show(
-    report: &Report,
+    report: &impl Results,
     as_json: bool,
     output: Vec<(Format, Output)>,
 ) -> Result<Result<(), Failure>, Failure> {
