@@ -154,8 +154,8 @@ pub(crate) struct Field<'s, 'i> {
 }
 
 impl<'s, 'i> Field<'s, 'i> {
-    /// The elements of the array here.
-    pub(crate) fn items(&self, wanted: &str) -> Result<Vec<Self>, InputError> {
+    /// The elements of the array here, one after the other: there may be millions.
+    pub(crate) fn items(&self, wanted: &str) -> Result<impl Iterator<Item = Self>, InputError> {
         let DeValue::Array(array) = &self.value else {
             return Err(self.mistyped(wanted));
         };
@@ -166,7 +166,7 @@ impl<'s, 'i> Field<'s, 'i> {
             span: element.span(),
             value: element.get_ref().clone(),
         };
-        Ok(array.iter().enumerate().map(item).collect())
+        Ok(array.iter().enumerate().map(item))
     }
 
     /// What `read` makes of the elements of the array here.
@@ -175,11 +175,8 @@ impl<'s, 'i> Field<'s, 'i> {
         wanted: &str,
         read: impl Fn(&Self) -> Result<T, InputError>,
     ) -> Result<Placed<Vec<T>>, InputError> {
-        let values = self
-            .items(wanted)?
-            .iter()
-            .map(read)
-            .collect::<Result<_, _>>()?;
+        let values = self.items(wanted)?.map(|item| read(&item));
+        let values = values.collect::<Result<_, _>>()?;
         Ok(Placed::file(self.span.clone(), values))
     }
 
@@ -207,11 +204,9 @@ impl<'s, 'i> Field<'s, 'i> {
         mut read: impl FnMut(Section<'s, 'i>) -> Result<T, InputError>,
     ) -> Result<Vec<T>, InputError> {
         let header = label.trim_start_matches("in ");
-        let items = self.items(&format!("a list of tables: write {header}"))?;
-        items
-            .into_iter()
-            .map(|item| read(item.section(label)?))
-            .collect()
+        let wanted = format!("a list of tables: write {header}");
+        let items = self.items(&wanted)?;
+        items.map(|item| read(item.section(label)?)).collect()
     }
 
     /// The table here.

@@ -222,8 +222,8 @@ fn interval(
     field: &Field<'_, '_>,
     parameters: &[Parameter],
 ) -> Result<Placed<[f64; 2]>, InputError> {
-    let items = field.items("a pair `[from, to]`")?;
-    let [low, high] = items.as_slice() else {
+    let mut items = field.items("a pair `[from, to]`")?;
+    let (Some(low), Some(high), None) = (items.next(), items.next(), items.next()) else {
         return Err(field.error(format_args!(
             "`{}` must be two numbers, `[from, to]`",
             field.name
@@ -234,7 +234,7 @@ fn interval(
         Some("-inf") => Ok(f64::NEG_INFINITY),
         _ => number(item, parameters),
     };
-    Ok(Placed::file(field.span.clone(), [end(low)?, end(high)?]))
+    Ok(Placed::file(field.span.clone(), [end(&low)?, end(&high)?]))
 }
 
 /// Refuses intervals that are not one of each axis, the lower end first.

@@ -327,7 +327,7 @@ impl Reader<'_> {
         match field.name.as_str() {
             "polygon" => add(field, &polygon(field)?),
             "polygons" => {
-                let mut items = field.items("a list of polygons")?.into_iter();
+                let mut items = field.items("a list of polygons")?;
                 items.try_for_each(|item| add(&item, &polygon(&item)?))
             }
             "box" => {
