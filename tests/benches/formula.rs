@@ -4,7 +4,7 @@ use core::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use fredholm_core::Real;
-use fredholm_formula::Formula;
+use fredholm_file::formula::Formula;
 
 type Kernel = fn(&[f64; 3], &[f64; 3]) -> f64;
 

@@ -6,8 +6,8 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
 use fredholm::{Choices, Estimator, Form, Pairs, Scalar, Sequence};
-use fredholm_file::{KINDS, Placed, ProblemFile};
-use fredholm_parts::Share;
+use fredholm_file::parts::Share;
+use fredholm_file::{KINDS, ProblemFile, SetByFlag as _};
 
 /// Solves Fredholm integral equations u = T_K u + F of the second kind by random walks whose
 /// variance is reduced by a neighbour equation. Results are unbiased and carry an error bar.
@@ -359,21 +359,12 @@ pub(crate) struct Method {
 impl Method {
     /// Puts what was given in the place of the file's values.
     pub(crate) fn replace(&self, file: &mut ProblemFile) {
-        let galerkin = &mut file.galerkin;
-        if let Some(cells) = self.cells {
-            galerkin.cells = Some(Placed::flag("--cells", cells));
-        }
-        set(&mut galerkin.degree, "--degree", self.degree);
-        set(&mut galerkin.pairs, "--pairs", self.pairs);
-        set(&mut file.walk.estimator, "--estimator", self.estimator);
-        set(&mut file.walk.form, "--form", self.form);
-    }
-}
-
-/// Puts the value of an option, if it was given, in the place of the file's.
-pub(crate) fn set<T>(to: &mut Placed<T>, option: &'static str, given: Option<T>) {
-    if let Some(given) = given {
-        *to = Placed::flag(option, given);
+        let (galerkin, walk) = (&mut file.galerkin, &mut file.walk);
+        galerkin.cells.set_by("--cells", self.cells);
+        galerkin.degree.set_by("--degree", self.degree);
+        galerkin.pairs.set_by("--pairs", self.pairs);
+        walk.estimator.set_by("--estimator", self.estimator);
+        walk.form.set_by("--form", self.form);
     }
 }
 

@@ -13,7 +13,7 @@ use crate::progress::{Sites, bar};
 use crate::solve::{Problem, cut, read};
 use crate::threads::with_threads;
 use crate::{render, table};
-use fredholm_parts::output::open_all;
+use fredholm_file::parts::output::open_all;
 use report::Report;
 
 /// The points of the integrals on these cells of an axis of a cube, whatever `--nodes` says.

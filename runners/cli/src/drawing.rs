@@ -7,26 +7,25 @@ use fredholm_plot::Drawing;
 use crate::failure::Failure;
 use crate::file::{ProblemFile, kinds::Room};
 use crate::table;
-use fredholm_parts::output::Output;
+use fredholm_file::parts::output::Output;
 
 /// Draws the surfaces of a file.
 pub(crate) fn draw(file: &ProblemFile, out: &Path) -> Result<(), Failure> {
-    let refuse = |why: &str| Failure::input(format_args!("`--out {}`: {why}", out.display()));
     let Some(room) = file.problem.of::<Room>() else {
-        return Err(refuse("drawings are of rooms: `kind = \"room\"`"));
+        return Err(Failure::of_out(
+            out,
+            "drawings are of rooms: `kind = \"room\"`",
+        ));
     };
-    if out
-        .extension()
-        .is_none_or(|e| !e.eq_ignore_ascii_case("svg"))
-    {
-        return Err(refuse("the name must end in .svg"));
+    let extension = out.extension();
+    if extension.is_none_or(|e| !e.eq_ignore_ascii_case("svg")) {
+        return Err(Failure::of_out(out, "the name must end in .svg"));
     }
     let output = Output::open("--out", out)?;
     let surfaces = room.all_surfaces(file)?;
-    let ray = if surfaces.open {
-        None
-    } else {
-        surfaces.leaving_ray()
+    let ray = match surfaces.open {
+        true => None,
+        false => surfaces.leaving_ray(),
     };
     let unit = if surfaces.heat { "m" } else { "" };
     let parts = surfaces.parts_in_room();

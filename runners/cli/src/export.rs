@@ -6,7 +6,7 @@ use fredholm::model::LastSteps;
 use crate::args::ExportArgs;
 use crate::failure::{Ended, Failure};
 use crate::solve::{Problem, cut, read};
-use fredholm_parts::output::Output;
+use fredholm_file::parts::output::Output;
 
 /// Runs `export`.
 pub(crate) fn export(args: &ExportArgs) -> Result<Ended, Failure> {
@@ -20,15 +20,9 @@ pub(crate) fn export(args: &ExportArgs) -> Result<Ended, Failure> {
     let (model, walk) = (problem.model(), settings.walk_options());
     let cells = cut(&problem.file, model, settings, &problem.goals)?;
     cells.check_variance(&walk).map_err(&fail)?;
-    let is_table = args
-        .out
-        .extension()
-        .is_some_and(|extension| extension == "bin");
-    if !is_table {
-        return Err(Failure::input(format_args!(
-            "`--out {}`: the name must end in .bin, for a compact table",
-            args.out.display()
-        )));
+    if args.out.extension().is_none_or(|e| e != "bin") {
+        let message = "the name must end in .bin, for a compact table";
+        return Err(Failure::of_out(&args.out, message));
     }
     let output = Output::open("--out", &args.out)?;
     let solved = Solved::new(&*cells).map_err(&fail)?;

@@ -13,12 +13,12 @@ use crate::args::FactorsArgs;
 use crate::deck::{self, Deck};
 use fredholm_file::npz::Archive;
 
-use crate::failure::{Ended, Failure, say};
+use crate::failure::{Ended, Failure, print, say};
 use crate::file::{ProblemFile, kinds::Room};
 use crate::numbers::aligned;
 use crate::sparse::Rows;
-use crate::{scene, solve};
-use fredholm_parts::output::Output;
+use crate::{scene, solve, table};
+use fredholm_file::parts::output::Output;
 
 /// The most surfaces of scenes and rooms of which a table is printed.
 const WIDEST: usize = 200;
@@ -85,20 +85,17 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Ended, Failure> {
     };
     let written = output.map_or(Ok(()), |(format, output)| {
         Ok(match format {
-            Format::Json => output.finish(factors.json()?),
+            Format::Json => output.finish(table::json(&factors)?),
             Format::Csv => output.finish_with(|file| factors.csv(file)).map(drop),
             Format::Npz => output.finish(factors.npz()?),
             Format::View3d => output.finish(factors.view3d()),
         }?)
     });
-    let text = if args.json {
-        factors.json()?
+    print(if args.json {
+        table::json(&factors)?
     } else {
         factors.text()
-    };
-    let mut stdout = std::io::stdout().lock();
-    stdout.write_all(text.as_bytes())?;
-    stdout.flush()?;
+    })?;
     factors.remarks(args);
     written.map(|()| Ended::Done)
 }
@@ -121,11 +118,8 @@ impl Format {
             Some("npz") => Self::Npz,
             Some("txt") => Self::View3d,
             _ => {
-                let message = format!(
-                    "`--out {}`: the name must end in .json, .csv, .npz or .txt",
-                    path.display()
-                );
-                return Err(Failure::input(message));
+                let message = "the name must end in .json, .csv, .npz or .txt";
+                return Err(Failure::of_out(path, message));
             }
         };
         Ok((format, Output::open("--out", path)?))
@@ -197,7 +191,8 @@ pub(crate) fn of_file(name: &str, file: &ProblemFile, watts: bool) -> Result<Fac
     if watts {
         return of_watts(surfaces, &scene);
     }
-    Factors::new(surfaces.names, &scene)
+    let entries = room_factors(&scene).map_err(Failure::run)?;
+    Ok(Factors::of_rows(surfaces.names, &entries))
 }
 
 /// What surfaces of even radiosity give each other.
@@ -233,11 +228,6 @@ fn refuse_beyond_memory(surfaces: usize) -> Result<(), Failure> {
 }
 
 impl Factors {
-    fn new(surfaces: Vec<String>, scene: &Scene) -> Result<Self, Failure> {
-        let entries = room_factors(scene).map_err(Failure::run)?;
-        Ok(Self::of_rows(surfaces, &entries))
-    }
-
     fn of_rows(surfaces: Vec<String>, entries: &[f64]) -> Self {
         let rows = entries.chunks_exact(surfaces.len().max(1));
         Self {
@@ -264,12 +254,6 @@ impl Factors {
         let inside = self.factors.row(surface).map(|(_, factor)| factor);
         let outside = self.outside(surface);
         inside.chain(outside.into_iter().flatten()).sum()
-    }
-
-    fn json(&self) -> Result<String, Failure> {
-        let mut text = serde_json::to_string_pretty(self).map_err(Failure::run)?;
-        text.push('\n');
-        Ok(text)
     }
 
     /// A line for every factor that is not 0.

@@ -3,9 +3,10 @@
 use core::fmt::{self, Display};
 use core::sync::atomic::{AtomicBool, Ordering};
 use std::io::{self, Write};
+use std::path::Path;
 use std::process::ExitCode;
 
-use fredholm_parts::FileError;
+use fredholm_file::parts::FileError;
 
 use crate::file::{InputError, ProblemFile};
 
@@ -47,6 +48,11 @@ impl Failure {
     /// Bad usage or input.
     pub(crate) fn input(message: impl Display) -> Self {
         Self::Input(message.to_string())
+    }
+
+    /// The path of `--out` does not do.
+    pub(crate) fn of_out(path: &Path, message: impl Display) -> Self {
+        Self::input(format_args!("`--out {}`: {message}", path.display()))
     }
 
     /// Something failed on the way.

@@ -6,11 +6,10 @@ use fredholm::report::GlobalReport;
 use fredholm_file::Resolved;
 
 use crate::args::Common;
-use crate::failure::{Ended, Failure, print, say};
+use crate::failure::{Ended, Failure, say};
 use crate::progress::{Progress, Signals};
 use crate::results::{self, Format};
-use crate::solve::Begun;
-use crate::table;
+use crate::solve::{Begun, say_stop, show};
 use crate::threads::with_threads;
 
 /// Answers all targets of a problem from one set of walks.
@@ -24,38 +23,16 @@ pub(crate) fn solve(
         say("warning: interrupted before the walks");
         return Ok(Ended::Interrupted);
     };
-    // Results that cannot be written to their file are printed nevertheless.
-    let written = results::finish(begun.output, &report);
-    print(if common.json {
-        table::json(&report)?
-    } else {
-        report.table()
-    })?;
-    for remark in report.summary.remarks() {
-        say(format_args!("warning: {remark}"));
-    }
-    let ended = match report.summary.stop {
-        StopReason::ToleranceNotReached => {
-            say(format_args!(
-                "warning: the requested error was not reached at every point within {} walks",
-                report.summary.walks
-            ));
-            Ended::ErrorNotReached
-        }
-        StopReason::TimeLimit => {
-            say("warning: stopped at the time limit; these are partial results");
-            let asks_error = begun.problem.resolved.settings.tolerance.is_some();
-            if asks_error {
-                Ended::ErrorNotReached
-            } else {
-                Ended::Done
-            }
-        }
-        StopReason::Cancelled => {
-            say("warning: interrupted; these are partial results");
-            Ended::Interrupted
-        }
-        StopReason::Done => Ended::Done,
+    let written = show(&report, common.json, begun.output)?;
+    let summary = &report.summary;
+    let why = format!(" at every point within {} walks", summary.walks);
+    say_stop(summary.stop, &why);
+    let asks_error = begun.problem.resolved.settings.tolerance.is_some();
+    let ended = match summary.stop {
+        StopReason::ToleranceNotReached => Ended::ErrorNotReached,
+        StopReason::TimeLimit if asks_error => Ended::ErrorNotReached,
+        StopReason::Cancelled => Ended::Interrupted,
+        StopReason::TimeLimit | StopReason::Done => Ended::Done,
     };
     written.map(|()| ended)
 }

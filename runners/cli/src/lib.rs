@@ -11,7 +11,6 @@ mod export;
 mod factors;
 mod failure;
 mod global;
-mod init;
 mod merge;
 mod paper;
 mod progress;
@@ -31,7 +30,7 @@ use args::{Cli, Command};
 use clap::{CommandFactory, Parser};
 use failure::Ended;
 use fredholm::numbers;
-use fredholm_file::{self as file, deck};
+use fredholm_file::{self as file, KINDS, deck};
 use fredholm_rayon::Crew;
 use progress::Signals;
 
@@ -70,7 +69,7 @@ pub fn program_of(process: Process<'_>) -> Result<ExitCode, Failure> {
 
 fn command(process: Option<Process<'_>>) -> Result<ExitCode, Failure> {
     let ended = Cli::try_parse().map_or_else(not_parsed, |cli| run(&cli.command, process));
-    fredholm_parts::output::remove_unfinished();
+    fredholm_file::parts::output::remove_unfinished();
     ended.map(Ended::status)
 }
 
@@ -100,7 +99,12 @@ fn run(command: &Command, process: Option<Process<'_>>) -> Result<Ended, Failure
         Command::Verify(args) => verify::verify(args, signals),
         Command::Check { file, out } => solve::check(file, out.as_deref(), signals),
         Command::Export(args) => export::export(args),
-        Command::Init { kind } => init::init(kind),
+        Command::Init { kind } => {
+            let entry = KINDS.iter().find(|entry| entry.word == kind);
+            // The command line lets no other word pass.
+            failure::print(entry.map_or("", |entry| entry.template))?;
+            Ok(Ended::Done)
+        }
         Command::Man {
             folder: Some(folder),
         } => {
@@ -125,7 +129,7 @@ fn run(command: &Command, process: Option<Process<'_>>) -> Result<Ended, Failure
 
 /// Ends the program where there is nothing to print: leaves nothing behind, and makes nothing new in between.
 fn stop_at_once() {
-    let _held = fredholm_parts::output::give_up();
+    let _held = fredholm_file::parts::output::give_up();
     failure::say("warning: interrupted");
     std::process::exit(130)
 }

@@ -20,8 +20,8 @@ pub(crate) fn merge(args: &MergeArgs) -> Result<Ended, Failure> {
         (Some(error), true) => Some(Tolerance::Relative(error)),
         (Some(error), false) => Some(Tolerance::Absolute(error)),
     };
-    let merged = fredholm_parts::merge(&args.parts, tolerance)?;
-    let (report, file) = fredholm_file::merged(&merged)?;
+    let merged = fredholm_file::parts::merge(&args.parts, tolerance)?;
+    let (report, file) = fredholm_file::parts::merged(&merged)?;
     let output = match &args.out {
         Some(path) => vec![Format::open(path, &Problem::without_notes(file, None)?)?],
         None => Vec::new(),

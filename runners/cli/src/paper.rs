@@ -18,7 +18,7 @@ use crate::numbers::{aligned, short, slope};
 use crate::progress::{Progress, Signals};
 use crate::table;
 use crate::threads::with_threads;
-use fredholm_parts::output::{Output, open_all};
+use fredholm_file::parts::output::{Output, open_all};
 
 /// C = 5, D = 1, ℓ = 5.
 const LIGHT: Harmonic = Harmonic {

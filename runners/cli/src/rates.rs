@@ -9,16 +9,16 @@ mod figures;
 use fredholm::sweep::{PLAIN_WALKS, Rates, Row, Sweep, squared};
 use serde::Serialize;
 
-use crate::args::{RatesArgs, set};
+use crate::args::RatesArgs;
 use crate::failure::{Ended, Failure, print, say};
-use crate::file::{Placed, ProblemFile};
+use crate::file::{ProblemFile, SetByFlag as _};
 use crate::progress::{Progress, Signals};
 use crate::solve::{self, Problem};
 use crate::table;
 use crate::threads::with_threads;
 use by_degree::ByDegree;
 use figures::{deviation_figure, work_figure};
-use fredholm_parts::output::{Output, open_all};
+use fredholm_file::parts::output::{Output, open_all};
 
 /// A standard deviation is measured on so many walks at least; the error of fewer follows from it.
 const ENOUGH_WALKS: u64 = 1 << 16;
@@ -77,15 +77,13 @@ pub(crate) fn rates(args: &RatesArgs, signals: &Signals) -> Result<Ended, Failur
 fn files(args: &RatesArgs) -> Result<Vec<ProblemFile>, Failure> {
     let read = |degree: Option<usize>| {
         solve::read(&args.file, |file| {
-            set(&mut file.walk.seed, "--seed", args.seed);
-            set(&mut file.galerkin.pairs, "--pairs", args.pairs);
-            set(&mut file.galerkin.degree, "--degree", degree);
-            if let Some(grading) = args.grading {
-                file.galerkin.grading = Some(Placed::flag("--grading", grading));
-            }
-            if args.shadow_cuts {
-                file.galerkin.shadow_cuts = Some(Placed::flag("--shadow-cuts", true));
-            }
+            let galerkin = &mut file.galerkin;
+            galerkin.pairs.set_by("--pairs", args.pairs);
+            galerkin.degree.set_by("--degree", degree);
+            galerkin.grading.set_by("--grading", args.grading);
+            let cuts = args.shadow_cuts.then_some(true);
+            galerkin.shadow_cuts.set_by("--shadow-cuts", cuts);
+            file.walk.seed.set_by("--seed", args.seed);
         })
     };
     let mut degrees = args.degree.clone();
@@ -165,7 +163,7 @@ fn levels(problem: &Problem, asked: &[usize]) -> Result<Vec<usize>, Failure> {
     levels.dedup();
     for &cells in &levels {
         let mut file = problem.file.clone();
-        file.galerkin.cells = Some(Placed::flag("--cells", cells));
+        file.galerkin.cells.set_by("--cells", Some(cells));
         file.validate()?;
         let mut settings = problem.resolved.settings.clone();
         settings.cells = Some(cells);

@@ -10,7 +10,7 @@ use std::path::Path;
 use fredholm::scene::Beside;
 use fredholm::{Error, WalkOptions};
 use fredholm_file::Resolution;
-use fredholm_parts::output::Output;
+use fredholm_file::parts::output::Output;
 use fredholm_plot::Figure;
 
 use crate::args::RenderArgs;
@@ -47,11 +47,9 @@ impl Format {
         let mut all = known.into_iter();
         let found = all.find(|(name, _)| extension.eq_ignore_ascii_case(name));
         found.map(|(_, format)| format).ok_or_else(|| {
-            Failure::input(format_args!(
-                "`--out {}`: the name must end in .png or .svg for a picture, or in .csv for its \
-                 numbers",
-                path.display()
-            ))
+            let message =
+                "the name must end in .png or .svg for a picture, or in .csv for its numbers";
+            Failure::of_out(path, message)
         })
     }
 

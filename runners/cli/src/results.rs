@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use fredholm::model::WholeValues;
 use fredholm::report::{Column, Columns, GlobalReport, Report};
 use fredholm_file::npz::Archive;
-use fredholm_parts::output::Output;
+use fredholm_file::parts::output::Output;
 use fredholm_plot::{Cell, Figure, GridPicture, Mesh, Quantity, lattice};
 use serde::Serialize;
 
@@ -36,12 +36,14 @@ pub(crate) trait Results: Serialize {
     fn csv(&self) -> Result<String, fredholm::Error>;
     fn svg(&self, grid: &str) -> Result<Figure, Failure>;
     fn columns(&self) -> Columns;
+    fn table(&self) -> String;
+    fn remarks(&self) -> Vec<String>;
 }
 
 impl Format {
     /// What to write where, known to be possible before any work is done.
     pub(crate) fn open(path: &Path, problem: &Problem) -> Result<(Self, Output), Failure> {
-        let refuse = |why: &str| Failure::input(format_args!("`--out {}`: {why}", path.display()));
+        let refuse = |why: &str| Failure::of_out(path, why);
         let format = match path.extension().and_then(|e| e.to_str()) {
             Some("json") => Self::Json,
             Some("csv") => Self::Csv,
@@ -306,6 +308,14 @@ impl Results for Report {
     fn columns(&self) -> Columns {
         Self::columns(self)
     }
+
+    fn table(&self) -> String {
+        Self::table(self)
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        Self::remarks(self)
+    }
 }
 
 impl Results for GlobalReport {
@@ -319,5 +329,13 @@ impl Results for GlobalReport {
 
     fn columns(&self) -> Columns {
         Self::columns(self)
+    }
+
+    fn table(&self) -> String {
+        Self::table(self)
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        self.summary.remarks()
     }
 }

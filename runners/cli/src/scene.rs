@@ -20,7 +20,7 @@ use crate::progress::bar;
 use crate::sparse::Rows;
 use crate::table;
 use crate::threads::with_threads;
-use fredholm_parts::output::Output;
+use fredholm_file::parts::output::Output;
 
 /// The error of form factors behind obstacles if nothing else is asked for.
 pub(crate) const ERROR: f64 = 1e-9;
@@ -258,8 +258,7 @@ pub(crate) fn check(file: &SceneFile, out: Option<&Path>) -> Result<Ended, Failu
     // Before it is refused: the picture may show why.
     if let Some(path) = out {
         if path.extension().is_none_or(|e| e != "svg") {
-            let message = format_args!("`--out {}`: the name must end in .svg", path.display());
-            return Err(Failure::input(message));
+            return Err(Failure::of_out(path, "the name must end in .svg"));
         }
         let polygons = |surface: &SceneSurface| {
             let own = surface.polygons.iter();

@@ -12,21 +12,21 @@ use fredholm::{
 };
 use fredholm_core::STEP_LIMIT;
 use fredholm_file::Resolved;
-use fredholm_parts::{Keeper, Share, SystemFile};
+use fredholm_file::parts::{Keeper, Share, SystemFile};
 
 use crate::Process;
-use crate::args::{SolveArgs, set};
+use crate::args::SolveArgs;
 use crate::drawing;
 use crate::failure::{Ended, Failure, print, say};
-use crate::file::{self, Placed, ProblemFile};
+use crate::file::{self, ProblemFile, SetByFlag as _};
 use crate::global;
 use crate::numbers::short;
 use crate::progress::{Progress, Signals};
-use crate::results::{self, Format};
+use crate::results::{self, Format, Results};
 use crate::table;
 use crate::threads::with_threads;
 use fredholm::StopReason;
-use fredholm_parts::output::Output;
+use fredholm_file::parts::output::Output;
 
 /// Reads and validates a file, with the command line's values in place of its own.
 pub(crate) fn read(
@@ -59,36 +59,25 @@ pub(crate) fn read(
 /// The flags that were given, in place of the file's values.
 fn replace(file: &mut ProblemFile, args: &SolveArgs) {
     args.method.replace(file);
-    if let Some(lift) = args.lift {
-        file.galerkin.lift = Some(Placed::flag("--lift", lift));
-    }
-    if let Some(method) = args.by {
-        file.walk.method = Some(Placed::flag("--method", method));
-    }
-    set(&mut file.walk.walks, "--walks", args.walks);
-    set(&mut file.walk.sequence, "--sequence", args.sequence);
-    set(
-        &mut file.walk.forced_steps,
-        "--forced-steps",
-        args.forced_steps,
-    );
-    let flag = |name, given: Option<bool>| given.map(|value| Placed::flag(name, value));
+    file.galerkin.lift.set_by("--lift", args.lift);
     let walk = &mut file.walk;
-    walk.last_step = flag("--last-step", args.last_step).or(walk.last_step.take());
-    walk.adjoint = flag("--adjoint", args.adjoint).or(walk.adjoint.take());
-    set(&mut file.walk.scalar, "--scalar", args.scalar);
-    set(&mut file.walk.seed, "--seed", args.seed);
-    let relative = args.relative.then_some(true);
-    set(&mut file.walk.relative, "--relative", relative);
-    match (args.global, args.no_global) {
-        (true, _) => file.walk.global = Some(Placed::flag("--global", true)),
-        (_, true) => file.walk.global = Some(Placed::flag("--no-global", false)),
-        _ => {}
-    }
-    file.walk.allow_infinite_variance = args.allow_infinite_variance;
-    if let Some(error) = args.target_error {
-        file.walk.target_error = Some(Placed::flag("--target-error", error));
-    }
+    walk.method.set_by("--method", args.by);
+    walk.walks.set_by("--walks", args.walks);
+    walk.sequence.set_by("--sequence", args.sequence);
+    walk.forced_steps
+        .set_by("--forced-steps", args.forced_steps);
+    walk.last_step.set_by("--last-step", args.last_step);
+    walk.adjoint.set_by("--adjoint", args.adjoint);
+    walk.scalar.set_by("--scalar", args.scalar);
+    walk.seed.set_by("--seed", args.seed);
+    walk.target_error
+        .set_by("--target-error", args.target_error);
+    walk.relative
+        .set_by("--relative", args.relative.then_some(true));
+    walk.global.set_by("--global", args.global.then_some(true));
+    walk.global
+        .set_by("--no-global", args.no_global.then_some(false));
+    walk.allow_infinite_variance = args.allow_infinite_variance;
 }
 
 /// Cells that fit into the memory that is free now.
@@ -175,22 +164,10 @@ pub(crate) fn solve(
     }
     report.part = args.part.map(|part| part.to_string());
     let written = show(&report, args.common.json, begun.output)?;
-    match report.stop {
-        StopReason::ToleranceNotReached => match &report.reason {
-            Some(why) => say(format_args!(
-                "warning: the requested error was not reached: {why}"
-            )),
-            None => say(format_args!(
-                "warning: the requested error was not reached within {} walks a target",
-                problem.resolved.settings.walk_options().walks
-            )),
-        },
-        StopReason::TimeLimit => {
-            say("warning: stopped at the time limit; these are partial results");
-        }
-        StopReason::Cancelled => say("warning: interrupted; these are partial results"),
-        StopReason::Done => {}
-    }
+    let walks = problem.resolved.settings.walk_options().walks;
+    let within = || format!(" within {walks} walks a target");
+    let why = report.reason.as_ref().map(|why| format!(": {why}"));
+    say_stop(report.stop, &why.unwrap_or_else(within));
     if let (Some(part), Some(path)) = (&report.part, &args.save) {
         say(format_args!(
             "note: this is part {part} alone, kept in {}; `fredholm merge` makes one result of all parts",
@@ -200,9 +177,23 @@ pub(crate) fn solve(
     written.map(|()| ended)
 }
 
+/// Says why walks ended before what was asked for, and of a requested error why it was not reached.
+pub(crate) fn say_stop(stop: StopReason, why: &str) {
+    match stop {
+        StopReason::ToleranceNotReached => say(format_args!(
+            "warning: the requested error was not reached{why}"
+        )),
+        StopReason::TimeLimit => {
+            say("warning: stopped at the time limit; these are partial results");
+        }
+        StopReason::Cancelled => say("warning: interrupted; these are partial results"),
+        StopReason::Done => {}
+    }
+}
+
 /// Prints a report, and writes it to its file. Results that cannot be written there are printed nevertheless.
 pub(crate) fn show(
-    report: &Report,
+    report: &impl Results,
     as_json: bool,
     output: Vec<(Format, Output)>,
 ) -> Result<Result<(), Failure>, Failure> {

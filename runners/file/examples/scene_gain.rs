@@ -12,13 +12,15 @@ mod common;
 
 use core::num::NonZeroU32;
 
-use common::{Failed, living_room, processor_seconds, walk, with_scene};
+use common::{Failed, processor_seconds};
 use fredholm_core::galerkin::Cells as _;
 use fredholm_core::sampled::{SampledSetup, ScoreVariance, SetupOptions};
 use fredholm_core::{
-    Absorption, At, DefaultGenerator, Equation, Estimate, Estimator, Functional, LastStep,
-    NeighbourOf, NoNeighbour, RngUniforms, Statistics, WalkSeeds,
+    Absorption, At, Batch, DefaultGenerator, Equation, Estimate, Estimator, Functional, Goal,
+    Goals, Job, LastStep, NeighbourOf, NoNeighbour, RngUniforms, Statistics, WalkOptions,
+    WalkSeeds,
 };
+use fredholm_file::Resolution;
 use fredholm_scene::{
     Cells, Enclosure, Material, Mean, Point, Radiosity, Scene, Surface, Tables, areas, shapes,
 };
@@ -72,6 +74,50 @@ fn unit(is_empty: bool) -> Result<Scene, Failed> {
         })
         .collect();
     Ok(Scene::new::<f64>(&surfaces, Enclosure::Closed)?)
+}
+
+/// The living room of the examples without its lamp at a point: the window gives the light.
+fn living_room() -> Result<String, Failed> {
+    let text = std::fs::read_to_string("examples/living-room.toml")?;
+    let text = text.replace("living-room.obj", "examples/living-room.obj");
+    let light = text.find("[[problem.light]]").ok_or("no light")?;
+    let surfaces = text[light..].find("[[problem.surface]]");
+    let rest = light + surfaces.ok_or("no surface")?;
+    Ok(text[..light].to_owned() + &text[rest..])
+}
+
+/// What is done with the scene of a file.
+fn with_scene(text: &str, then: impl FnOnce(&Scene) -> Result<(), Failed>) -> Result<(), Failed> {
+    let resolved = fredholm_file::read("case.toml", text)?.resolve()?;
+    match &resolved.model {
+        Resolution::Scene(model) => then(model.scene()),
+        _ => Err("this is no scene".into()),
+    }
+}
+
+/// Statistics of so many walks, and seconds a walk.
+fn walk<E, N, T>(
+    (equation, neighbour): (&E, &N),
+    functional: T,
+    absorption: Absorption,
+    (walks, control_mean): (u64, Option<f64>),
+) -> Result<(Statistics, f64), Failed>
+where
+    E: Equation<Scalar = f64, Value = f64> + Sync,
+    N: NeighbourOf<E> + Sync,
+    T: Functional<E> + Sync,
+{
+    let goals = [Goal::new(functional, control_mean)];
+    let options = WalkOptions {
+        absorption,
+        ..WalkOptions::default()
+    };
+    let job = Goals::new(equation, neighbour, &goals, options);
+    let mut batches = [Batch::new(0, walks, walks)];
+    let start = processor_seconds();
+    job.run(0, &mut batches, u64::MAX)?;
+    let seconds = (processor_seconds() - start) / walks as f64;
+    Ok((*batches[0].statistics(), seconds))
 }
 
 /// √Var, and seconds a walk.

@@ -2,7 +2,6 @@
 
 use fredholm::heat::part_below;
 use fredholm_core::MOST_CHANNELS;
-use toml::de::DeValue;
 
 use crate::place::{InputError, Place, Placed};
 use crate::section::Field;
@@ -149,26 +148,17 @@ pub(crate) fn read_lists(
             Err(wrong_count(field, channels, numbers.len()))
         }
     };
-    let lists = match &field.value {
-        DeValue::Array(array) if array.iter().any(|item| item.get_ref().is_array()) => {
-            let items = array.iter().enumerate();
-            let lists = items.map(|(index, item)| list(&field.element(index, item)));
-            lists.collect::<Result<_, _>>()?
-        }
-        _ => vec![list(field)?],
-    };
-    Ok(Placed::file(field.span.clone(), lists))
+    field.one_or_more(list)
 }
 
 /// Refuses lists of lists where no channels are named.
 pub(crate) fn refuse_lists(field: &Field<'_, '_>) -> Result<(), InputError> {
-    match &field.value {
-        DeValue::Array(array) if array.iter().any(|item| item.get_ref().is_array()) => Err(field
-            .error(
-                "a list for every segment has the numbers of its channels: name them, \
-                 `channels = [\"red\", \"green\", \"blue\"]`, in `[problem]`",
-            )),
-        _ => Ok(()),
+    match field.is_nested() {
+        true => Err(field.error(
+            "a list for every segment has the numbers of its channels: name them, \
+             `channels = [\"red\", \"green\", \"blue\"]`, in `[problem]`",
+        )),
+        false => Ok(()),
     }
 }
 

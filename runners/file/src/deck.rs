@@ -13,6 +13,7 @@ use core::ops::Range;
 use std::collections::HashMap;
 use std::path::Path;
 
+use crate::words::{Words, Wrong, lines};
 use crate::{InputError, Source, load};
 
 /// Surfaces that a deck may have at most.
@@ -90,133 +91,77 @@ pub fn parse_named(name: &str, text: String) -> Result<Deck, InputError> {
             open,
             source,
         }),
-        Err(wrong) => Err(source.error(wrong.place, wrong.message)),
+        Err(wrong) => Err(wrong.at(&source)),
     }
-}
-
-/// What is wrong, and the bytes where it is.
-#[derive(Clone, Debug, PartialEq)]
-struct Wrong {
-    place: Range<usize>,
-    message: String,
 }
 
 /// The numbers of surfaces in a deck, with their lines and their places among its surfaces.
-type Numbers = HashMap<u64, (usize, usize)>;
+type Numbers = HashMap<u64, (u32, usize)>;
 
-/// The words of a line, with what an error needs.
-struct Words<'t> {
-    line: usize,
-    /// The whole deck.
-    text: &'t str,
-    rest: &'t str,
-}
+/// What is said of a deck without an end.
+pub(crate) const CUT_SHORT: &str =
+    "the deck is cut short: `End of data` is missing after this line";
 
-impl<'t> Words<'t> {
-    fn wrong(&self, word: &str, message: impl Into<String>) -> Wrong {
-        // A word is a part of the deck; of a longer part, its first word is shown.
-        let start = word.as_ptr() as usize - self.text.as_ptr() as usize;
-        let length = word.find(char::is_whitespace).unwrap_or(word.len());
-        Wrong {
-            place: start..start + length,
-            message: message.into(),
-        }
-    }
-
-    fn word(&mut self, what: &str) -> Result<&'t str, Wrong> {
-        let rest = self.rest.trim_start();
-        let end = rest.find(char::is_whitespace).unwrap_or(rest.len());
-        let (word, rest) = rest.split_at(end);
-        self.rest = rest;
-        if word.is_empty() {
-            return Err(self.wrong(rest, format!("the line ends before {what}")));
-        }
-        Ok(word)
-    }
-
-    fn parsed<T: core::str::FromStr>(&mut self, what: &str) -> Result<T, Wrong> {
-        let word = self.word(what)?;
-        let wrong = || self.wrong(word, format!("{word:?} is not {what}"));
-        word.parse().map_err(|_| wrong())
-    }
-
-    fn number(&mut self, what: &str) -> Result<f64, Wrong> {
-        let start = self.rest.trim_start();
-        let number: f64 = self.parsed(what)?;
-        if number.is_finite() {
-            Ok(number)
-        } else {
-            Err(self.wrong(start, format!("{what} must be a finite number")))
-        }
-    }
-
-    /// The number of a surface above this line; 0 is none.
-    fn above(&mut self, what: &str, known: &Numbers) -> Result<Option<usize>, Wrong> {
-        let start = self.rest.trim_start();
-        match self.parsed::<u64>(what)? {
-            0 => Ok(None),
-            id => match known.get(&id) {
-                Some(&(_, index)) => Ok(Some(index)),
-                None => Err(self.wrong(start, format!("there is no surface {id} above this line"))),
-            },
-        }
+/// The number of a surface above this line; 0 is none.
+fn above(words: &mut Words<'_>, what: &str, known: &Numbers) -> Result<Option<usize>, Wrong> {
+    let word = words.clone().next();
+    match words.parsed::<u64>(what)? {
+        0 => Ok(None),
+        id => match known.get(&id) {
+            Some(&(_, index)) => Ok(Some(index)),
+            None => {
+                let message = format_args!("there is no surface {id} above this line");
+                Err(words.wrong(word, message))
+            }
+        },
     }
 }
 
 /// The surfaces, and whether the deck is no enclosure.
 fn parse(text: &str) -> Result<(Vec<DeckSurface>, bool), Wrong> {
     let mut vertices: HashMap<u64, [f64; 2]> = HashMap::new();
-    let mut names: HashMap<String, usize> = HashMap::new();
+    let mut names: HashMap<String, u32> = HashMap::new();
     let mut numbers = Numbers::new();
     let mut surfaces = Vec::new();
     let mut open = false;
-    for (line, content) in (1..).zip(text.lines()) {
-        let content = content.split(['!', '/']).next().unwrap_or("");
-        let mut words = Words {
-            line,
-            text,
-            rest: content,
-        };
-        let Ok(key) = words.word("a key") else {
-            continue;
-        };
+    for mut words in lines(text, &['!', '/']) {
+        let length = words.rest.trim_start().len();
+        let key = words.next();
         match key.to_ascii_uppercase().as_str() {
             "T" => {}
             "C" => {
                 // Positional, or `encl=1`; the rest of it concerns View2D's own accuracy.
-                if let Ok(first) = words.word("encl") {
-                    let value = first.strip_prefix("encl=").unwrap_or(first);
-                    open = value == "0";
-                }
+                let first = words.next();
+                let value = first.strip_prefix("encl=").unwrap_or(first);
+                open = value == "0";
             }
             "G" => {
-                let start = words.rest.trim_start();
+                let word = words.clone().next();
                 if words.parsed::<u32>("the dimension")? != 2 {
-                    return Err(words.wrong(start, "only two-dimensional decks are read: `G 2`"));
+                    return Err(words.wrong(word, "only two-dimensional decks are read: `G 2`"));
                 }
             }
             "V" => {
-                let start = words.rest.trim_start();
+                let word = words.clone().next();
                 let id = words.parsed("the number of a vertex")?;
                 let point = [
                     words.number("the coordinate x")?,
                     words.number("the coordinate y")?,
                 ];
                 if vertices.insert(id, point).is_some() {
-                    return Err(words.wrong(start, format!("a second vertex {id}")));
+                    return Err(words.wrong(word, format_args!("a second vertex {id}")));
                 }
             }
             "S" => {
                 if surfaces.len() == MAX_SURFACES {
-                    let message = format!("more than {MAX_SURFACES} surfaces");
+                    let message = format_args!("more than {MAX_SURFACES} surfaces");
                     return Err(words.wrong(key, message));
                 }
-                let start = key.as_ptr() as usize - text.as_ptr() as usize;
-                let length = content.trim().len();
                 let mut surface = surface(&mut words, &vertices, &mut numbers, surfaces.len())?;
+                let start = words.wrong(key, "").place.start;
                 surface.place = start..start + length;
-                if let Some(first) = names.insert(surface.name.clone(), line) {
-                    let message = format!(
+                if let Some(first) = names.insert(surface.name.clone(), words.line) {
+                    let message = format_args!(
                         "a second surface named {:?}; the first is on line {first}",
                         surface.name
                     );
@@ -224,14 +169,12 @@ fn parse(text: &str) -> Result<(Vec<DeckSurface>, bool), Wrong> {
                 }
                 surfaces.push(surface);
             }
-            "END" => {
-                if surfaces.is_empty() {
-                    return Err(words.wrong(key, "the deck has no surface"));
-                }
-                return Ok((surfaces, open));
+            "END" if surfaces.is_empty() => {
+                return Err(words.wrong(key, "the deck has no surface"));
             }
+            "END" => return Ok((surfaces, open)),
             _ => {
-                let message = format!(
+                let message = format_args!(
                     "unknown key {key:?}; known: T, C, G, V, S, `End of data`, and `!` or `/` for \
                      comments"
                 );
@@ -239,12 +182,7 @@ fn parse(text: &str) -> Result<(Vec<DeckSurface>, bool), Wrong> {
             }
         }
     }
-    let text = text.trim_end();
-    let start = text.rfind('\n').map_or(0, |end| end + 1);
-    Err(Wrong {
-        place: start..text.len(),
-        message: "the deck is cut short: `End of data` is missing after this line".to_owned(),
-    })
+    Err(Wrong::cut_short(text, CUT_SHORT))
 }
 
 /// The rest of an `S` line.
@@ -254,39 +192,29 @@ fn surface(
     numbers: &mut Numbers,
     index: usize,
 ) -> Result<DeckSurface, Wrong> {
-    let start = words.rest.trim_start();
+    let word = words.clone().next();
     let id: u64 = words.parsed("the number of a surface")?;
     if let Some((first, _)) = numbers.get(&id) {
-        let message = format!("a second surface {id}; the first is on line {first}");
-        return Err(words.wrong(start, message));
+        let message = format_args!("a second surface {id}; the first is on line {first}");
+        return Err(words.wrong(word, message));
     }
     let mut end = || {
-        let start = words.rest.trim_start();
+        let word = words.clone().next();
         let id: u64 = words.parsed("the number of a vertex")?;
         let found = vertices.get(&id).copied();
-        found.ok_or_else(|| words.wrong(start, format!("there is no vertex {id} above this line")))
+        let message = format_args!("there is no vertex {id} above this line");
+        found.ok_or_else(|| words.wrong(word, message))
     };
     let ends = [end()?, end()?];
     // Whether a surface may hide others is found from the geometry.
     words.parsed::<i64>("the flag `obs`")?;
-    let base = words.above("the number `bas`", numbers)?;
-    let combined = words.above("the number `cmb`", numbers)?;
+    let base = above(words, "the number `bas`", numbers)?;
+    let combined = above(words, "the number `cmb`", numbers)?;
     numbers.insert(id, (words.line, index));
-    let start = words.rest.trim_start();
-    let emissivity = words.number("the emissivity")?;
-    if !(emissivity > 0.0 && emissivity <= 1.0) {
-        return Err(words.wrong(start, "an emissivity must be more than 0 and at most 1"));
-    }
-    // What moves the caret of a terminal is no part of a name.
-    let name = words.rest.replace(char::is_control, " ").trim().to_owned();
     Ok(DeckSurface {
-        name: if name.is_empty() {
-            format!("S{id}")
-        } else {
-            name
-        },
         ends,
-        emissivity,
+        emissivity: words.emissivity()?,
+        name: words.name_of(id),
         base,
         combined,
         place: 0..0,
@@ -295,7 +223,7 @@ fn surface(
 
 #[cfg(test)]
 mod tests {
-    use super::{Source, parse};
+    use super::parse;
 
     const SQUARE: &str = "T a square\nC 1 0 1e-4 8 0 1\nG 2\n! corners\nV 1 0 0\nV 2 1 0\nV 3 1 1\n\
                           V 4 0 1 / the last\nS 1 1 2 0 0 0 0.9 floor\nS 2 2 3 0 0 0 0.5 right wall\n\
@@ -319,52 +247,34 @@ mod tests {
 
     #[test]
     fn what_is_wrong_is_told_with_its_place() {
-        let wrong = |from: &str, to: &str| {
+        // What is wrong stands between « and ».
+        let bad = |from: &str, to: &str, words: &str| {
             assert_eq!(SQUARE.matches(from).count(), 1, "{from}");
-            let text = SQUARE.replace(from, to);
+            let marked = SQUARE.replace(from, to);
+            let place = marked.find('«').unwrap();
+            let text = marked.replace(['«', '»'], "");
             let wrong = parse(&text).unwrap_err();
-            let name = String::new();
-            let source = Source { name, text };
-            let found = source.locate(wrong.place.start);
-            (found.line, found.before + 1, wrong.message)
+            assert_eq!(wrong.place.start, place, "{}", wrong.message);
+            assert!(wrong.message.contains(words), "{}", wrong.message);
         };
-        let at = |from: &str, to: &str, line: usize, column: usize, words: &str| {
-            let (l, c, message) = wrong(from, to);
-            assert_eq!((l, c), (line, column), "{message}");
-            assert!(message.contains(words), "{message}");
-        };
-        at("V 2 1 0", "V 2 1 NaN", 6, 7, "finite");
-        at(
-            "V 2 1 0",
-            "V 2 one 0",
-            6,
-            5,
-            "\"one\" is not the coordinate x",
-        );
-        at("V 2 1 0", "V 2 1", 6, 6, "ends before the coordinate y");
-        at("V 2 1 0", "V 1 1 0", 6, 3, "second vertex 1");
-        at("S 2 2 3", "S 2 2 9", 10, 7, "no vertex 9");
-        at(
-            "S 2 2 3",
-            "S 1 2 3",
-            10,
-            3,
-            "second surface 1; the first is on line 9",
-        );
-        at("0.5 right wall", "1.5 right wall", 10, 15, "at most 1");
-        at(
-            "right wall",
-            "floor",
-            10,
-            1,
-            "named \"floor\"; the first is on line 9",
-        );
+        bad("V 2 1 0", "V 2 1 «NaN»", "finite");
+        bad("V 2 1 0", "V 2 «one» 0", "finite number, not \"one\"");
+        bad("V 2 1 0", "V 2 1«»", "ends before the coordinate y");
+        bad("V 2 1 0", "V «1» 1 0", "second vertex 1");
+        bad("S 2 2 3", "S 2 2 «9»", "no vertex 9");
+        let second = "second surface 1; the first is on line 9";
+        bad("S 2 2 3", "S «1» 2 3", second);
+        bad("0.5 right wall", "«1.5» right wall", "at most 1");
+        let same = "«S» 2 2 3 0 0 0 0.5 floor";
+        let first = "named \"floor\"; the first is on line 9";
+        bad("S 2 2 3 0 0 0 0.5 right wall", same, first);
         // Only what stands above can be a base, or combined with.
-        at("0 0 0 0.5", "0 0 4 0.5", 10, 13, "no surface 4 above");
-        at("0 0 0 0.5", "0 2 0 0.5", 10, 11, "no surface 2 above");
-        at("G 2", "G 3", 3, 3, "two-dimensional");
-        at("V 3 1 1", "W 3 1 1", 7, 1, "unknown key");
-        at("End of data\nanything\n", "", 12, 1, "cut short");
+        bad("0 0 0 0.5", "0 0 «4» 0.5", "no surface 4 above");
+        bad("0 0 0 0.5", "0 «2» 0 0.5", "no surface 2 above");
+        bad("G 2", "G «3»", "two-dimensional");
+        bad("V 3 1 1", "«W» 3 1 1", "unknown key");
+        let last = "s 4 4 1 0 0 0 1.0 left\nEnd of data\nanything\n";
+        bad(last, "«s» 4 4 1 0 0 0 1.0 left\n", "cut short");
         assert!(parse("").unwrap_err().message.contains("cut short"));
         assert!(
             parse("End of data")

@@ -2,17 +2,19 @@
 
 mod channels;
 pub mod deck;
+pub mod formula;
 pub mod kinds;
 mod load;
 mod model;
 pub mod npz;
 mod output;
-mod parts;
+pub mod parts;
 mod place;
 mod points;
 pub mod scene;
 mod section;
 mod validate;
+mod words;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -24,8 +26,7 @@ pub use fredholm::{Choices, Estimator, Form, Method, Pairs, Scalar, Sequence};
 pub use kinds::{KINDS, Kind, KindEntry};
 pub use load::{MAX_BYTES, load, load_from, utf8};
 pub use model::{Resolution, Resolved};
-pub use parts::merged;
-pub use place::{InputError, Place, Placed, Source};
+pub use place::{InputError, Place, Placed, SetByFlag, Source};
 use section::{Field, Section};
 
 /// The largest number of cells accepted.
@@ -208,7 +209,10 @@ pub fn read(name: &str, text: &str) -> Result<ProblemFile, InputError> {
     let problem = kinds::read(problem.section("in `[problem]`")?)?;
     let galerkin = read_galerkin(galerkin)?;
     let walk = read_walk(walk)?;
-    let mut targets = targets.map_or(Ok(Vec::new()), read_targets)?;
+    let mut targets = match targets {
+        Some(field) => field.tables("in `[[target]]`", read_target)?,
+        None => Vec::new(),
+    };
     let files = output::read(output, &mut targets)?;
     Ok(ProblemFile {
         problem,
@@ -223,76 +227,41 @@ pub fn read(name: &str, text: &str) -> Result<ProblemFile, InputError> {
 
 /// Reads `[galerkin]`.
 fn read_galerkin(mut section: Section<'_, '_>) -> Result<Galerkin, InputError> {
-    let cells = section.optional("cells");
-    let degree = section.optional("degree");
-    let pairs = section.optional("pairs");
-    let lift = section.optional("lift");
-    let points = section.optional("points");
-    let grading = section.optional("grading");
-    let shadow_cuts = section.optional("shadow_cuts");
+    let galerkin = Galerkin {
+        cells: section.read("cells", Field::integer)?,
+        degree: section.read_or("degree", Field::integer, 0)?,
+        pairs: section.read_or("pairs", Field::word, Pairs::Default)?,
+        lift: section.read("lift", Field::integer)?,
+        points: section.read("points", Field::integer)?,
+        grading: section.read("grading", Field::number)?,
+        shadow_cuts: section.read("shadow_cuts", Field::boolean)?,
+    };
     section.finish()?;
-    Ok(Galerkin {
-        cells: cells.map(|field| field.integer()).transpose()?,
-        degree: or_default(degree, Field::integer, 0)?,
-        pairs: or_default(pairs, Field::word, Pairs::Default)?,
-        lift: lift.map(|field| field.integer()).transpose()?,
-        points: points.map(|field| field.integer()).transpose()?,
-        grading: grading.map(|field| field.number()).transpose()?,
-        shadow_cuts: shadow_cuts.map(|field| field.boolean()).transpose()?,
-    })
+    Ok(galerkin)
 }
 
 /// Reads `[walk]`.
 fn read_walk(mut section: Section<'_, '_>) -> Result<Walk, InputError> {
-    let method = section.optional("method");
-    let walks = section.optional("walks");
-    let absorption = section.optional("absorption");
-    let estimator = section.optional("estimator");
-    let form = section.optional("form");
-    let sequence = section.optional("sequence");
-    let forced_steps = section.optional("forced_steps");
-    let last_step = section.optional("last_step");
-    let adjoint = section.optional("adjoint");
-    let scalar = section.optional("scalar");
-    let seed = section.optional("seed");
-    let batch = section.optional("batch");
-    let target_error = section.optional("target_error");
-    let relative = section.optional("relative");
-    let global = section.optional("global");
-    section.finish()?;
-    Ok(Walk {
-        method: method.map(|field| field.word()).transpose()?,
-        walks: or_default(walks, Field::integer, 100_000)?,
-        absorption: absorption.map(|field| field.number()).transpose()?,
-        estimator: or_default(estimator, Field::word, Estimator::Collision)?,
-        form: or_default(form, Field::word, fredholm::Settings::FORM)?,
-        sequence: or_default(sequence, Field::word, Sequence::Random)?,
-        forced_steps: or_default(forced_steps, Field::integer, 0)?,
-        last_step: last_step.map(|field| field.boolean()).transpose()?,
-        adjoint: adjoint.map(|field| field.boolean()).transpose()?,
-        scalar: or_default(scalar, Field::word, Scalar::F64)?,
-        seed: or_default(seed, Field::integer, 1)?,
-        batch: or_default(batch, Field::integer, 4096)?,
-        target_error: target_error.map(|field| field.number()).transpose()?,
-        relative: or_default(relative, Field::boolean, false)?,
-        global: global.map(|field| field.boolean()).transpose()?,
+    let walk = Walk {
+        method: section.read("method", Field::word)?,
+        walks: section.read_or("walks", Field::integer, 100_000)?,
+        absorption: section.read("absorption", Field::number)?,
+        estimator: section.read_or("estimator", Field::word, Estimator::Collision)?,
+        form: section.read_or("form", Field::word, fredholm::Settings::FORM)?,
+        sequence: section.read_or("sequence", Field::word, Sequence::Random)?,
+        forced_steps: section.read_or("forced_steps", Field::integer, 0)?,
+        last_step: section.read("last_step", Field::boolean)?,
+        adjoint: section.read("adjoint", Field::boolean)?,
+        scalar: section.read_or("scalar", Field::word, Scalar::F64)?,
+        seed: section.read_or("seed", Field::integer, 1)?,
+        batch: section.read_or("batch", Field::integer, 4096)?,
+        target_error: section.read("target_error", Field::number)?,
+        relative: section.read_or("relative", Field::boolean, false)?,
+        global: section.read("global", Field::boolean)?,
         allow_infinite_variance: false,
-    })
-}
-
-/// Reads all `[[target]]` tables.
-fn read_targets(field: Field<'_, '_>) -> Result<Vec<Target>, InputError> {
-    let DeValue::Array(array) = &field.value else {
-        return Err(field.mistyped("a list of tables: write `[[target]]`"));
     };
-    array
-        .iter()
-        .enumerate()
-        .map(|(index, item)| {
-            let table = field.element(index, item);
-            read_target(table.section("in `[[target]]`")?)
-        })
-        .collect()
+    section.finish()?;
+    Ok(walk)
 }
 
 /// Reads one `[[target]]`.
@@ -303,9 +272,8 @@ fn read_target(mut section: Section<'_, '_>) -> Result<Target, InputError> {
         .filter_map(|key| section.optional(key))
         .collect::<Vec<_>>();
     let surface = section.optional("surface");
-    let component = section.optional("component");
+    let component = section.read("component", Field::integer)?;
     section.finish()?;
-    let component = component.map(|field| field.integer()).transpose()?;
     let name = name.as_ref().map(Field::string).transpose()?;
 
     // The tree is sorted by key; the reader of the file meets them in its order.
@@ -402,15 +370,6 @@ fn read_over(field: Field<'_, '_>) -> Result<What, InputError> {
         "`over` must be \"all\", two angles `[from, to]` (circle), or the name of a surface, or an array of such \
          names (room)",
     ))
-}
-
-/// What `read` makes of the field, or the default where there is none.
-fn or_default<'s, 'i, T>(
-    field: Option<Field<'s, 'i>>,
-    read: impl FnOnce(&Field<'s, 'i>) -> Result<Placed<T>, InputError>,
-    default: T,
-) -> Result<Placed<T>, InputError> {
-    field.map_or_else(|| Ok(Placed::default(default)), |field| read(&field))
 }
 
 #[cfg(test)]

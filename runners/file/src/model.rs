@@ -72,7 +72,7 @@ impl ProblemFile {
     /// # Errors
     /// What the model does not take, at its place.
     pub fn resolve_for(&mut self, settings: Settings) -> Result<Resolved, InputError> {
-        self.walk.scalar = Placed::chosen(settings.scalar);
+        self.walk.scalar = Placed::default(settings.scalar);
         let (model, targets) = self.problem.resolve(self)?;
         Ok(Resolved {
             model,
@@ -148,43 +148,34 @@ impl ProblemFile {
         if let Some(error) = self.problem.explain(self, error) {
             return error;
         }
-        let (galerkin, walk) = (&self.galerkin, &self.walk);
-        let nowhere = || InputError::new(error);
-        match error.subject() {
-            Some(Subject::Cells) => match &galerkin.cells {
-                Some(cells) => self.refuse(cells, error),
-                None => nowhere(),
-            },
-            Some(Subject::Degree) => self.refuse(&galerkin.degree, error),
-            Some(Subject::Pairs) => self.refuse(&galerkin.pairs, error),
-            Some(Subject::Absorption) => match &walk.absorption {
-                Some(absorption) => self.refuse(absorption, error),
-                None => nowhere(),
-            },
-            Some(Subject::Lift) => match &galerkin.lift {
-                Some(lift) => self.refuse(lift, error),
-                None => nowhere(),
-            },
-            Some(Subject::Sequence) => self.refuse(&walk.sequence, error),
-            Some(Subject::LastStep) => match &walk.last_step {
-                Some(last) => self.refuse(last, error),
-                None => nowhere(),
-            },
-            Some(Subject::Adjoint) => match &walk.adjoint {
-                Some(adjoint) => self.refuse(adjoint, error),
-                None => nowhere(),
-            },
-            Some(Subject::Tolerance) => match &walk.target_error {
-                Some(target) => self.refuse(target, error),
-                None => nowhere(),
-            },
-            Some(subject) => match (self.problem.place(subject), subject) {
-                (Some(place), _) => self.error(&place, error),
-                (None, Subject::Vertex(_) | Subject::Problem) => self.error(&Place::Default, error),
-                (None, _) => nowhere(),
-            },
-            None => nowhere(),
+        /// An error about a value that may be absent.
+        fn at<T: Debug>(
+            file: &ProblemFile,
+            placed: &Option<Placed<T>>,
+            error: &Error,
+        ) -> Option<InputError> {
+            Some(file.refuse(placed.as_ref()?, error))
         }
+        let (galerkin, walk) = (&self.galerkin, &self.walk);
+        let placed = error.subject().and_then(|subject| match subject {
+            Subject::Cells => at(self, &galerkin.cells, error),
+            Subject::Degree => Some(self.refuse(&galerkin.degree, error)),
+            Subject::Pairs => Some(self.refuse(&galerkin.pairs, error)),
+            Subject::Absorption => at(self, &walk.absorption, error),
+            Subject::Lift => at(self, &galerkin.lift, error),
+            Subject::Sequence => Some(self.refuse(&walk.sequence, error)),
+            Subject::LastStep => at(self, &walk.last_step, error),
+            Subject::Adjoint => at(self, &walk.adjoint, error),
+            Subject::Tolerance => at(self, &walk.target_error, error),
+            subject => match (self.problem.place(subject), subject) {
+                (Some(place), _) => Some(self.error(&place, error)),
+                (None, Subject::Vertex(_) | Subject::Problem) => {
+                    Some(self.error(&Place::Default, error))
+                }
+                (None, _) => None,
+            },
+        });
+        placed.unwrap_or_else(|| InputError::new(error))
     }
 
     /// All targets, by what each asks: a list of points asks many things, which are numbered.

@@ -40,11 +40,6 @@ impl<T> Placed<T> {
         Self { value, place }
     }
 
-    /// A value which the program chose.
-    pub fn chosen(value: T) -> Self {
-        Self::default(value)
-    }
-
     /// A value which stands in the file.
     pub(crate) fn file(span: Range<usize>, value: T) -> Self {
         let place = Place::File(span);
@@ -55,6 +50,28 @@ impl<T> Placed<T> {
     pub(crate) fn default(value: T) -> Self {
         let place = Place::Default;
         Self { value, place }
+    }
+}
+
+/// A value of a file that a flag may replace.
+pub trait SetByFlag<T> {
+    /// Puts the value of the command-line flag `flag` in the place of this one, if the flag was given.
+    fn set_by(&mut self, flag: &'static str, given: Option<T>);
+}
+
+impl<T> SetByFlag<T> for Placed<T> {
+    fn set_by(&mut self, flag: &'static str, given: Option<T>) {
+        if let Some(value) = given {
+            *self = Self::flag(flag, value);
+        }
+    }
+}
+
+impl<T> SetByFlag<T> for Option<Placed<T>> {
+    fn set_by(&mut self, flag: &'static str, given: Option<T>) {
+        if let Some(value) = given {
+            *self = Some(Placed::flag(flag, value));
+        }
     }
 }
 

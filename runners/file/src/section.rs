@@ -61,6 +61,26 @@ impl<'s, 'i> Section<'s, 'i> {
         self.optional(key).ok_or_else(|| self.missing(key))
     }
 
+    /// What `read` makes of the value of a key which may be absent.
+    pub(crate) fn read<T>(
+        &mut self,
+        key: &'static str,
+        read: impl FnOnce(&Field<'s, 'i>) -> Result<T, InputError>,
+    ) -> Result<Option<T>, InputError> {
+        self.optional(key).map(|field| read(&field)).transpose()
+    }
+
+    /// What `read` makes of the value of a key, or the default where there is none.
+    pub(crate) fn read_or<T>(
+        &mut self,
+        key: &'static str,
+        read: impl FnOnce(&Field<'s, 'i>) -> Result<Placed<T>, InputError>,
+        default: T,
+    ) -> Result<Placed<T>, InputError> {
+        let value = self.read(key, read)?;
+        Ok(value.unwrap_or_else(|| Placed::default(default)))
+    }
+
     /// The table of a key, or an empty one where there is none.
     pub(crate) fn section(
         &mut self,
@@ -134,15 +154,59 @@ pub(crate) struct Field<'s, 'i> {
 }
 
 impl<'s, 'i> Field<'s, 'i> {
-    /// An element of the array here.
-    pub(crate) fn element(&self, index: usize, element: &Spanned<DeValue<'i>>) -> Self {
-        Self {
+    /// The elements of the array here, one after the other: there may be millions.
+    pub(crate) fn items(&self, wanted: &str) -> Result<impl Iterator<Item = Self>, InputError> {
+        let DeValue::Array(array) = &self.value else {
+            return Err(self.mistyped(wanted));
+        };
+        let item = |(index, element): (usize, &Spanned<DeValue<'i>>)| Self {
             source: self.source,
             name: format!("{}[{index}]", self.name),
             key: self.key.clone(),
             span: element.span(),
             value: element.get_ref().clone(),
+        };
+        Ok(array.iter().enumerate().map(item))
+    }
+
+    /// What `read` makes of the elements of the array here.
+    pub(crate) fn elements<T>(
+        &self,
+        wanted: &str,
+        read: impl Fn(&Self) -> Result<T, InputError>,
+    ) -> Result<Placed<Vec<T>>, InputError> {
+        let values = self.items(wanted)?.map(|item| read(&item));
+        let values = values.collect::<Result<_, _>>()?;
+        Ok(Placed::file(self.span.clone(), values))
+    }
+
+    /// Whether the value here is an array with an array in it.
+    pub(crate) fn is_nested(&self) -> bool {
+        let array = self.value.as_array();
+        array.is_some_and(|array| array.iter().any(|item| item.get_ref().is_array()))
+    }
+
+    /// What `read` makes of the arrays in the array here, or of the value here alone if that has none in it.
+    pub(crate) fn one_or_more<T>(
+        &self,
+        read: impl Fn(&Self) -> Result<T, InputError>,
+    ) -> Result<Placed<Vec<T>>, InputError> {
+        match self.is_nested() {
+            true => self.elements("an array", read),
+            false => Ok(Placed::file(self.span.clone(), vec![read(self)?])),
         }
+    }
+
+    /// What `read` makes of the tables here, of which each has the header that the label names: "in `[[target]]`".
+    pub(crate) fn tables<T>(
+        &self,
+        label: &'static str,
+        mut read: impl FnMut(Section<'s, 'i>) -> Result<T, InputError>,
+    ) -> Result<Vec<T>, InputError> {
+        let header = label.trim_start_matches("in ");
+        let wanted = format!("a list of tables: write {header}");
+        let items = self.items(&wanted)?;
+        items.map(|item| read(item.section(label)?)).collect()
     }
 
     /// The table here.
@@ -170,16 +234,12 @@ impl<'s, 'i> Field<'s, 'i> {
 
     /// The numbers here: an array, or a single number as an array of one.
     pub(crate) fn numbers(&self) -> Result<Placed<Vec<Placed<f64>>>, InputError> {
-        let numbers = match &self.value {
-            DeValue::Array(array) => array
-                .iter()
-                .enumerate()
-                .map(|(index, item)| self.element(index, item).number())
-                .collect::<Result<_, _>>()?,
-            DeValue::Integer(_) | DeValue::Float(_) => vec![self.number()?],
-            _ => return Err(self.mistyped("a number or an array of numbers")),
-        };
-        Ok(Placed::file(self.span.clone(), numbers))
+        match &self.value {
+            DeValue::Integer(_) | DeValue::Float(_) => {
+                Ok(Placed::file(self.span.clone(), vec![self.number()?]))
+            }
+            _ => self.elements("a number or an array of numbers", Self::number),
+        }
     }
 
     /// The integer here.
@@ -207,22 +267,7 @@ impl<'s, 'i> Field<'s, 'i> {
 
     /// The integers here: an array.
     pub(crate) fn integers(&self) -> Result<Placed<Vec<Placed<usize>>>, InputError> {
-        self.elements("an array of integers", |item| item.integer())
-    }
-
-    /// What `read` makes of the elements of the array here.
-    fn elements<T>(
-        &self,
-        wanted: &str,
-        read: impl Fn(&Self) -> Result<Placed<T>, InputError>,
-    ) -> Result<Placed<Vec<Placed<T>>>, InputError> {
-        let DeValue::Array(array) = &self.value else {
-            return Err(self.mistyped(wanted));
-        };
-        let items = array.iter().enumerate();
-        let values = items.map(|(index, item)| read(&self.element(index, item)));
-        let values = values.collect::<Result<_, _>>()?;
-        Ok(Placed::file(self.span.clone(), values))
+        self.elements("an array of integers", Self::integer)
     }
 
     /// The string here.
@@ -282,6 +327,11 @@ impl<'s, 'i> Field<'s, 'i> {
         };
         let name = &self.name;
         self.error(format_args!("`{name}` must be {wanted}, found {found}"))
+    }
+
+    /// An error about the key of this value, which does not belong here.
+    pub(crate) fn unsuited(&self, message: impl Display) -> InputError {
+        self.source.error(self.key.clone(), message)
     }
 
     /// An error about this value.

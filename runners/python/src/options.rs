@@ -3,7 +3,7 @@
 use core::time::Duration;
 
 use fredholm::Choices;
-use fredholm_file::{Placed, ProblemFile};
+use fredholm_file::{ProblemFile, SetByFlag as _};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -50,60 +50,34 @@ fn word<T: Choices>(options: &Bound<'_, PyDict>, name: &str) -> PyResult<Option<
     Ok(Some(value))
 }
 
-fn set<T>(to: &mut Placed<T>, name: &'static str, value: Option<T>) {
-    if let Some(value) = value {
-        *to = Placed::flag(name, value);
-    }
-}
-
 /// Puts the options in the place of the file's values.
 pub(crate) fn replace(file: &mut ProblemFile, options: &Bound<'_, PyDict>) -> PyResult<()> {
-    if let Some(cells) = given(options, "cells")? {
-        file.galerkin.cells = Some(Placed::flag("cells", cells));
-    }
-    if let Some(lift) = given(options, "lift")? {
-        file.galerkin.lift = Some(Placed::flag("lift", lift));
-    }
-    set(
-        &mut file.galerkin.degree,
-        "degree",
-        given(options, "degree")?,
-    );
-    set(&mut file.galerkin.pairs, "pairs", word(options, "pairs")?);
-    let walk = &mut file.walk;
-    set(&mut walk.walks, "walks", given(options, "walks")?);
-    if let Some(absorption) = given(options, "absorption")? {
-        walk.absorption = Some(Placed::flag("absorption", absorption));
-    }
-    set(
-        &mut walk.estimator,
-        "estimator",
-        word(options, "estimator")?,
-    );
-    set(&mut walk.form, "form", word(options, "form")?);
-    set(&mut walk.sequence, "sequence", word(options, "sequence")?);
-    set(
-        &mut walk.forced_steps,
-        "forced_steps",
-        given(options, "forced_steps")?,
-    );
+    let (galerkin, walk) = (&mut file.galerkin, &mut file.walk);
+    galerkin.cells.set_by("cells", given(options, "cells")?);
+    galerkin.lift.set_by("lift", given(options, "lift")?);
+    galerkin.degree.set_by("degree", given(options, "degree")?);
+    galerkin.pairs.set_by("pairs", word(options, "pairs")?);
+    walk.walks.set_by("walks", given(options, "walks")?);
+    let absorption = given(options, "absorption")?;
+    walk.absorption.set_by("absorption", absorption);
+    walk.estimator
+        .set_by("estimator", word(options, "estimator")?);
+    walk.form.set_by("form", word(options, "form")?);
+    walk.sequence.set_by("sequence", word(options, "sequence")?);
+    let forced_steps = given(options, "forced_steps")?;
+    walk.forced_steps.set_by("forced_steps", forced_steps);
     // `global` is a word of Python.
-    if let Some(global) = given(options, "global_")? {
-        walk.global = Some(Placed::flag("global_", global));
-    }
-    if let Some(last) = given(options, "last_step")? {
-        walk.last_step = Some(Placed::flag("last_step", last));
-    }
-    if let Some(adjoint) = given(options, "adjoint")? {
-        walk.adjoint = Some(Placed::flag("adjoint", adjoint));
-    }
-    set(&mut walk.scalar, "scalar", word(options, "scalar")?);
-    set(&mut walk.seed, "seed", given(options, "seed")?);
-    set(&mut walk.batch, "batch", given(options, "batch")?);
-    set(&mut walk.relative, "relative", given(options, "relative")?);
-    if let Some(error) = given(options, "target_error")? {
-        walk.target_error = Some(Placed::flag("target_error", error));
-    }
+    walk.global.set_by("global_", given(options, "global_")?);
+    walk.last_step
+        .set_by("last_step", given(options, "last_step")?);
+    walk.adjoint.set_by("adjoint", given(options, "adjoint")?);
+    walk.scalar.set_by("scalar", word(options, "scalar")?);
+    walk.seed.set_by("seed", given(options, "seed")?);
+    walk.batch.set_by("batch", given(options, "batch")?);
+    walk.relative
+        .set_by("relative", given(options, "relative")?);
+    let target_error = given(options, "target_error")?;
+    walk.target_error.set_by("target_error", target_error);
     if let Some(allow) = given(options, "allow_infinite_variance")? {
         walk.allow_infinite_variance = allow;
     }

@@ -4,8 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use fredholm::model::Model;
-use fredholm::report::Report;
-use fredholm::{Ask, Region, Settings, SolveError, Solver, Target, WeightFn};
+use fredholm::{Ask, Region, SolveError, Solver, Target, WeightFn};
 use fredholm_factors::{Factors, FactorsError, Sights};
 use fredholm_file::kinds::{Cube, Room};
 use fredholm_file::{ProblemFile, Resolved};
@@ -70,6 +69,19 @@ impl Opened {
             None => Ok((done.value, done.interrupt)),
         }
     }
+
+    /// Does work of which nothing is left if it is interrupted.
+    fn done<T: Send>(
+        &self,
+        py: Python<'_>,
+        threads: Option<usize>,
+        watch: &Watch,
+        work: impl FnOnce() -> T + Send,
+    ) -> PyResult<T> {
+        let done = on_threads(py, threads, watch, None, work)?;
+        let (value, interrupt) = self.raised(done)?;
+        interrupt.map_or(Ok(value), Err)
+    }
 }
 
 /// JSON in which objects are tables, as TOML: the text of a problem file.
@@ -81,12 +93,8 @@ fn toml_of(py: Python<'_>, json: &str) -> PyResult<String> {
 
 /// The text with these targets in place of its own.
 fn with_targets(py: Python<'_>, text: &str, targets: &str) -> PyResult<String> {
-    let own = text
-        .lines()
-        .any(|line| line.trim_start().starts_with("[[target]]"))
-        || text
-            .lines()
-            .any(|line| line.trim_start().starts_with("target"));
+    let mut lines = text.lines().map(str::trim_start);
+    let own = lines.any(|line| line.starts_with("target") || line.starts_with("[[target]]"));
     let head = match text.parse::<toml::Table>() {
         Ok(mut table) if own => {
             table.remove("target");
@@ -162,11 +170,13 @@ impl Task {
         let watch = Arc::new(Watch::default());
         let opened = self.open(options, &watch)?;
         let solver = self.solver(&opened, &watch);
-        expect(
-            &opened.resolved.settings,
-            opened.resolved.targets.len(),
-            &watch,
-        );
+        let Resolved {
+            settings, targets, ..
+        } = &opened.resolved;
+        if settings.tolerance.is_none() {
+            let walks = settings.walk_options().walks;
+            watch.expect(walks.saturating_mul(targets.len() as u64));
+        }
         let threads = self.threads(options)?;
         let done = on_threads(py, threads, &watch, progress, || solver.solve())?;
         let (solved, interrupt) = opened.raised(done)?;
@@ -186,7 +196,7 @@ impl Task {
             Err(error) => return Err(of_solve(py, &error, &opened.file)),
         };
         let json = json_of(py, &report)?;
-        Ok((outcome, json, report.table(), remarks(&report), interrupt))
+        Ok((outcome, json, report.table(), report.remarks(), interrupt))
     }
 
     /// The settings that would be chosen, with their walks and time, as JSON; null if nothing is open.
@@ -199,9 +209,7 @@ impl Task {
         } = &opened.resolved;
         let (model, threads) = (opened.model(), self.threads(options)?);
         let work = || fredholm::choice::choose(model, targets, settings, &*watch);
-        let done = on_threads(py, threads, &watch, None, work)?;
-        let (chosen, interrupt) = opened.raised(done)?;
-        interrupt.map_or(Ok(()), Err)?;
+        let chosen = opened.done(py, threads, &watch, work)?;
         let chosen = chosen.map_err(|error| of(py, &error, &opened.file))?;
         let value = chosen.map_or(Value::Null, |chosen| {
             use fredholm::Choices as _;
@@ -227,11 +235,8 @@ impl Task {
         let mut opened = self.open(options, &watch)?;
         opened.resolved.settings.allow_infinite_variance = true;
         let solver = self.solver(&opened, &watch);
-        let done = on_threads(py, self.threads(options)?, &watch, None, || {
-            solver.diagnose()
-        })?;
-        let (diagnosis, interrupt) = opened.raised(done)?;
-        interrupt.map_or(Ok(()), Err)?;
+        let work = || solver.diagnose();
+        let diagnosis = opened.done(py, self.threads(options)?, &watch, work)?;
         let diagnosis = diagnosis.map_err(|error| of_solve(py, &error, &opened.file))?;
         let text = diagnosis
             .targets
@@ -255,9 +260,7 @@ impl Task {
         let opened = self.open(options, &watch)?;
         let solver = self.solver(&opened, &watch);
         let work = || solver.sweep(&cells, walks);
-        let done = on_threads(py, self.threads(options)?, &watch, None, work)?;
-        let (rates, interrupt) = opened.raised(done)?;
-        interrupt.map_or(Ok(()), Err)?;
+        let rates = opened.done(py, self.threads(options)?, &watch, work)?;
         let rates = rates.map_err(|error| of_solve(py, &error, &opened.file))?;
         Ok((json_of(py, &rates)?, rates.text()))
     }
@@ -283,9 +286,7 @@ impl Task {
             let values = whole.values(&regions)?;
             Ok((regions, values, serde_json::to_string(whole.summary())))
         };
-        let done = on_threads(py, self.threads(options)?, &watch, None, work)?;
-        let (field, interrupt) = opened.raised(done)?;
-        interrupt.map_or(Ok(()), Err)?;
+        let field = opened.done(py, self.threads(options)?, &watch, work)?;
         let (regions, values, summary) =
             field.map_err(|error| of_solve(py, &error, &opened.file))?;
         let coordinates = |region: &Region| match region {
@@ -472,17 +473,6 @@ fn model_of(
     } else {
         model.on(domain)
     }))
-}
-
-/// Tells the watch how many walks there will be, where that is given.
-fn expect(settings: &Settings, targets: usize, watch: &Watch) {
-    if settings.tolerance.is_none() {
-        watch.expect(settings.walk_options().walks.saturating_mul(targets as u64));
-    }
-}
-
-fn remarks(report: &Report) -> Vec<String> {
-    report.remarks()
 }
 
 fn json_of(py: Python<'_>, value: &impl serde::Serialize) -> PyResult<String> {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use fredholm::{CubeModel, Method, Solver};
-use fredholm_parts::{Header, Keeper, Part};
+use fredholm_file::parts::{Header, Keeper, Part};
 
 use crate::container::mended;
 use crate::memory::Bound;

@@ -12,7 +12,7 @@ use fredholm::{
     CircleModel, CubeModel, Goal, Model, RoomModel, Scalar, Settings, SphereModel, System,
 };
 use fredholm_core::Batch;
-use fredholm_parts::SystemContent;
+use fredholm_file::parts::SystemContent;
 
 use crate::container::mended;
 use crate::memory::Bound;

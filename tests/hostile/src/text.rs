@@ -3,9 +3,9 @@
 use fredholm_core::Real;
 use fredholm_factors::{Factors, Sights, Sky};
 use fredholm_file::deck::{self, Deck};
+use fredholm_file::formula::{self, Formula, Variables};
 use fredholm_file::scene::SceneFile;
 use fredholm_file::{self as file, InputError, ProblemFile};
-use fredholm_formula::{self as formula, Formula, Variables};
 use fredholm_scene::Scene;
 
 use crate::memory::Bound;

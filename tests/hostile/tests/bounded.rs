@@ -3,11 +3,11 @@
 use core::hint::black_box;
 use std::path::Path;
 
+use fredholm_file::parts::{Part, SystemContent};
 use fredholm_hostile::{
     Bound, deck, formula, good_part, good_systems, models, part, part_with_checksum, problem_file,
     state_with_checksum, system, system_of_numbers, system_with_checksum, table,
 };
-use fredholm_parts::{Part, SystemContent};
 
 mod seeds;
 use seeds::PIECES;

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The sources of the crates that others build on.
-const PUBLISHED: [&str; 20] = [
+const PUBLISHED: [&str; 18] = [
     "core/src",
     "core/variance/src",
     "problems/circle/src",
@@ -16,11 +16,9 @@ const PUBLISHED: [&str; 20] = [
     "problems/surfaces/src",
     "runners/embedded/src",
     "runners/file/src",
-    "runners/formula/src",
     "runners/model/src",
     "runners/models/room/src",
     "runners/models/scene/src",
-    "runners/parts/src",
     "runners/plot/src",
     "runners/rayon/src",
     "runners/solver/src",

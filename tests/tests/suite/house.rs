@@ -198,12 +198,11 @@ fn packages_import_what_they_may() {
             _ if folder.starts_with("problems/") => below || other == "surfaces",
             "runners/embedded" | "runners/rayon" => below,
             "runners/plot" => false,
-            "runners/formula" => below || other == "fredholm",
             // The library is below files, pictures and the program.
             _ if folder.starts_with("runners/model") || folder == "runners/solver" => {
-                !["file", "plot", "cli", "parts"].contains(&other)
+                !["file", "plot", "cli"].contains(&other)
             }
-            "runners/file" | "runners/parts" => !["plot", "cli"].contains(&other),
+            "runners/file" => !["plot", "cli"].contains(&other),
             _ => true,
         }
     };

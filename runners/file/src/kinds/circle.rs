@@ -136,45 +136,41 @@ impl Kind for Circle {
     }
 
     fn validate_target(&self, file: &ProblemFile, what: &What) -> Result<(), InputError> {
-        match what {
-            What::At(at) => file.validate_point(at, check_angle),
-            What::OverAll | What::Listed(_) => Ok(()),
+        let (place, message) = match what {
+            What::At(at) => return file.validate_point(at, check_angle),
+            What::OverAll | What::Listed(_) => return Ok(()),
             What::Over(from, to) => {
                 let message = format!("the angles `over` must be from 0 to 2 pi = {TAU}");
                 let whole = 0.0..=TAU;
                 file.demand(from, whole.contains(&from.value), &message)?;
                 file.demand(to, whole.contains(&to.value), &message)?;
-                file.demand(
-                    to,
-                    from.value < to.value,
-                    "the second angle of `over` must be more than the first",
-                )
+                let message = "the second angle of `over` must be more than the first";
+                return file.demand(to, from.value < to.value, message);
             }
-            What::Grid(points, None) => file.validate_grid(points),
-            What::OverSurface(word) => Err(file.error(
+            What::Grid(points, None) => return file.validate_grid(points),
+            What::OverSurface(word) => (
                 &word.place,
                 "`over` must be \"all\", or two angles `[from, to]`",
-            )),
-            What::Facing(_, facing) => Err(file.error(&facing.place, "`facing` belongs to scenes")),
-            What::Grid(_, Some(surface)) | What::On(surface, _) | What::Spot(surface, _) => {
-                Err(file.error(
-                    &surface.place,
-                    "a circle has no surfaces: they belong to rooms",
-                ))
-            }
-            What::OverSurfaces(words) => Err(file.error(
+            ),
+            What::Facing(_, facing) => (&facing.place, "`facing` belongs to scenes"),
+            What::Grid(_, Some(surface)) | What::On(surface, _) | What::Spot(surface, _) => (
+                &surface.place,
+                "a circle has no surfaces: they belong to rooms",
+            ),
+            What::OverSurfaces(words) => (
                 &words.place,
                 "a circle has no surfaces: `over` must be \"all\", or two angles `[from, to]`",
-            )),
-            What::Lattice(points) => Err(file.error(
+            ),
+            What::Lattice(points) => (
                 &points.place,
                 "a circle has one coordinate: `grid` must be one number of points",
-            )),
-            What::Weight(weight) => Err(file.error(
+            ),
+            What::Weight(weight) => (
                 &weight.place,
                 "`weight` belongs to cubes; on a circle use `over = [from, to]`",
-            )),
-        }
+            ),
+        };
+        Err(file.error(place, message))
     }
 
     fn most_degree(&self) -> (usize, &'static str) {

@@ -2,16 +2,16 @@
 
 use std::sync::Arc;
 
+use crate::formula::{Formula, Variables};
 use fredholm::cube::CubeModel;
 use fredholm::{Error, Region, Target};
-use fredholm_formula::{Formula, Variables};
 
-use super::functions::formulas;
+use super::functions::Formulas;
 use super::parameters::unused;
 use super::space::{Space, check_formula};
 use super::{Kind, KindEntry, shared};
 use crate::place::{InputError, Place, Placed};
-use crate::section::Section;
+use crate::section::{Field, Section};
 use crate::{ProblemFile, Resolution, What};
 
 pub(super) const ENTRY: KindEntry = KindEntry {
@@ -49,6 +49,16 @@ pub enum KernelText {
     Factors(Placed<Vec<Placed<String>>>),
 }
 
+impl KernelText {
+    /// The formula, or those of all axes.
+    pub(super) fn texts(&self) -> &[Placed<String>] {
+        match self {
+            Self::General(text) => core::slice::from_ref(text),
+            Self::Factors(texts) => &texts.value,
+        }
+    }
+}
+
 /// Reads the rest of `[problem]` for a cube.
 fn read(mut section: Section<'_, '_>) -> Result<Cube, InputError> {
     let space = Space::read(&mut section)?;
@@ -57,7 +67,7 @@ fn read(mut section: Section<'_, '_>) -> Result<Cube, InputError> {
         section.optional("kernel_factors"),
     );
     let source = section.required("source")?.string()?;
-    let solution = section.optional("solution");
+    let solution = section.read("solution", Field::string)?;
     section.finish()?;
     let kernel = match (kernel, factors) {
         (Some(kernel), None) => KernelText::General(kernel.string()?),
@@ -76,7 +86,7 @@ fn read(mut section: Section<'_, '_>) -> Result<Cube, InputError> {
         space,
         kernel,
         source,
-        solution: solution.map(|field| field.string()).transpose()?,
+        solution,
     })
 }
 
@@ -88,31 +98,23 @@ impl Cube {
             Some((name, axis)) => (name, axis.parse().ok()?),
             None => (name, 0),
         };
-        let of = |text: &KernelText| match text {
-            KernelText::General(text) => Some(text.place.clone()),
-            KernelText::Factors(texts) => Some(texts.value.get(axis)?.place.clone()),
-        };
         match name {
-            "kernel" | "kernel_factors" => of(&self.kernel),
+            "kernel" | "kernel_factors" => Some(self.kernel.texts().get(axis)?.place.clone()),
             "source" => Some(self.source.place.clone()),
             "solution" => Some(self.solution.as_ref()?.place.clone()),
             _ => None,
         }
     }
 
-    fn validate_kernel(
-        &self,
-        file: &ProblemFile,
-        name: &str,
-        kernel: &KernelText,
-    ) -> Result<(), InputError> {
-        match kernel {
+    fn validate_kernel(&self, file: &ProblemFile) -> Result<(), InputError> {
+        match &self.kernel {
             KernelText::General(text) => check_formula(file, text, self.space.pair()),
             KernelText::Factors(factors) => {
                 let (d, found) = (self.space.dimension.value, factors.value.len());
                 if found != d {
-                    let message =
-                        format!("`{name}` must have {d} formulas, one an axis, not {found}");
+                    let message = format!(
+                        "`kernel_factors` must have {d} formulas, one an axis, not {found}"
+                    );
                     return Err(file.error(&factors.place, message));
                 }
                 let variables = Variables {
@@ -129,7 +131,7 @@ impl Cube {
 impl Kind for Cube {
     fn validate(&self, file: &ProblemFile) -> Result<(), InputError> {
         self.space.validate(file, MAX_DIMENSION)?;
-        self.validate_kernel(file, "kernel_factors", &self.kernel)?;
+        self.validate_kernel(file)?;
         check_formula(file, &self.source, self.space.point())?;
         if let Some(solution) = &self.solution {
             check_formula(file, solution, self.space.point())?;
@@ -153,8 +155,12 @@ impl Kind for Cube {
         let (targets, weights) =
             (self.space).targets(file, &|x, _| Region::Point(x), &|_| Region::Whole)?;
         let weights = weights.into_iter().map(|(text, _)| text.value).collect();
-        let model = CubeModel::new(Arc::new(formulas(self, weights)));
-        let model = model.with_edges(self.space.edges());
+        let formulas = Formulas {
+            cube: self.clone(),
+            domain: self.space.ends(),
+            weights,
+        };
+        let model = CubeModel::new(Arc::new(formulas)).with_edges(self.space.edges());
         Ok((Resolution::Other(Box::new(model)), targets))
     }
 
@@ -167,11 +173,7 @@ impl Kind for Cube {
     }
 
     fn remarks(&self, file: &ProblemFile) -> Vec<String> {
-        let texts = match &self.kernel {
-            KernelText::General(text) => core::slice::from_ref(text),
-            KernelText::Factors(texts) => texts.value.as_slice(),
-        };
-        let slow = texts.iter().filter_map(|text| {
+        let slow = self.kernel.texts().iter().filter_map(|text| {
             let compiled = Formula::<f64>::new(&text.value, &self.space.parameters.value);
             let micros = 1e6 * compiled.map_or(0.0, |compiled| compiled.seconds());
             let message = format!(

@@ -4,9 +4,9 @@ use fredholm::room::Surfaces;
 use fredholm_room::Material as RoomMaterial;
 use toml::de::DeValue;
 
-use crate::channels::{Bands, Lists, of_channel};
+use crate::channels::{Bands, FLUX_IN_BANDS, LIGHT_IN_BANDS, Lists, of_channel};
 use crate::place::{InputError, Placed};
-use crate::section::Field;
+use crate::section::{Field, Section};
 
 /// The material of a surface, as the file has it.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,6 +28,62 @@ impl Material {
     /// Whether u is in W/m².
     const fn is_heat(&self) -> bool {
         matches!(self, Self::Grey(..) | Self::Flux(..))
+    }
+}
+
+/// What a surface says of its material, not yet read as numbers.
+pub(crate) struct MaterialFields<'s, 'i> {
+    pub(crate) reflectance: Option<Field<'s, 'i>>,
+    pub(crate) emission: Option<Field<'s, 'i>>,
+    pub(crate) emissivity: Option<Field<'s, 'i>>,
+    pub(crate) temperature: Option<Field<'s, 'i>>,
+    pub(crate) net_flux: Option<Field<'s, 'i>>,
+}
+
+impl<'s, 'i> MaterialFields<'s, 'i> {
+    pub(crate) fn of(section: &mut Section<'s, 'i>) -> Self {
+        Self {
+            reflectance: section.optional("reflectance"),
+            emission: section.optional("emission"),
+            emissivity: section.optional("emissivity"),
+            temperature: section.optional("temperature"),
+            net_flux: section.optional("net_flux"),
+        }
+    }
+
+    /// The first that is said of light.
+    pub(crate) fn light(&self) -> Option<&Field<'s, 'i>> {
+        self.reflectance.as_ref().or(self.emission.as_ref())
+    }
+
+    /// The first that is said of heat.
+    pub(crate) fn heat(&self) -> Option<&Field<'s, 'i>> {
+        let temperature = self.temperature.as_ref().or(self.net_flux.as_ref());
+        self.emissivity.as_ref().or(temperature)
+    }
+
+    /// Refuses light beside heat, and a temperature beside a net flux.
+    pub(crate) fn check(&self) -> Result<(), InputError> {
+        if let (Some(_), Some(heat)) = (self.light(), self.heat()) {
+            return Err(heat.unsuited(
+                "give either `reflectance` and `emission`, or `emissivity` and `temperature`, or `net_flux`",
+            ));
+        }
+        match (&self.temperature, &self.net_flux) {
+            (Some(_), Some(net_flux)) => Err(net_flux.unsuited(
+                "give either the `temperature` of a surface or its `net_flux`: one follows from the other",
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    /// Refuses what has no bands.
+    pub(crate) fn check_bands(&self) -> Result<(), InputError> {
+        match (self.light(), &self.net_flux) {
+            (Some(light), _) => Err(light.unsuited(LIGHT_IN_BANDS)),
+            (None, Some(net_flux)) => Err(net_flux.unsuited(FLUX_IN_BANDS)),
+            (None, None) => Ok(()),
+        }
     }
 }
 
@@ -59,12 +115,7 @@ pub(super) fn read_temperatures(
     field: &Field<'_, '_>,
 ) -> Result<Placed<Vec<Placed<f64>>>, InputError> {
     match &field.value {
-        DeValue::Array(array) => {
-            let items = array.iter().enumerate();
-            let values = items.map(|(index, item)| read_temperature(&field.element(index, item)));
-            let values = values.collect::<Result<_, _>>()?;
-            Ok(Placed::file(field.span.clone(), values))
-        }
+        DeValue::Array(_) => field.elements("an array", read_temperature),
         DeValue::String(_) => Ok(Placed::file(
             field.span.clone(),
             vec![read_temperature(field)?],

@@ -1,6 +1,6 @@
 //! Numbers with names, which formulas know.
 
-use fredholm_formula::{Parameter, constant, occurrences, refused_name};
+use crate::formula::{Parameter, constant, occurrences, refused_name};
 use toml::de::DeValue;
 
 use crate::ProblemFile;
@@ -8,7 +8,7 @@ use crate::place::{InputError, Placed};
 use crate::section::Field;
 
 /// Reads `[problem.parameters]`; a formula knows those that stand before it.
-pub(super) fn read_parameters(field: Field<'_, '_>) -> Result<Placed<Vec<Parameter>>, InputError> {
+pub(super) fn read_parameters(field: &Field<'_, '_>) -> Result<Placed<Vec<Parameter>>, InputError> {
     let DeValue::Table(table) = &field.value else {
         return Err(field.mistyped("a table of numbers, such as `a = 0.5`"));
     };
@@ -31,7 +31,7 @@ pub(super) fn read_parameters(field: Field<'_, '_>) -> Result<Placed<Vec<Paramet
         let value = number(&value, &parameters)?;
         parameters.push(Parameter { name, value });
     }
-    Ok(Placed::file(field.span, parameters))
+    Ok(Placed::file(field.span.clone(), parameters))
 }
 
 /// What is said of parameters that the file has at one place only.

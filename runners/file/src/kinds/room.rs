@@ -9,14 +9,14 @@ use fredholm::{Ask, Error, Region, Subject, Target};
 use fredholm_room::Material as RoomMaterial;
 
 use super::material::{COLD, colours, set_material};
-use super::surface::read_surfaces;
+use super::surface::read_surface;
 use super::{Kind, KindEntry, compact, shared};
 use crate::channels::Bands;
 use crate::deck::{self, Deck, DeckSurface};
 use crate::model::{NOTHING, grid};
 use crate::place::{InputError, Place, Placed};
 use crate::points::number;
-use crate::section::{Section, nearest};
+use crate::section::{Field, Section, nearest};
 use crate::validate::{UNPRINTABLE, is_printable};
 use crate::{ProblemFile, Resolution, What};
 
@@ -52,24 +52,21 @@ pub struct Room {
 
 /// Reads the rest of `[problem]` for a room.
 fn read(mut section: Section<'_, '_>) -> Result<Room, InputError> {
-    let deck = section.optional("deck").map(|f| f.string()).transpose()?;
-    let open = section.optional("open").map(|f| f.boolean()).transpose()?;
-    let net_fluxes = section
-        .optional("net_fluxes")
-        .map(|f| f.boolean())
-        .transpose()?;
+    let deck = section.read("deck", Field::string)?;
+    let open = section.read_or("open", Field::boolean, false)?;
+    let net_fluxes = section.read_or("net_fluxes", Field::boolean, true)?;
     let channels = section.optional("channels");
     let wavelengths = section.optional("wavelengths");
     let (channels, bands) = Bands::or_names(channels.as_ref(), wavelengths.as_ref())?;
-    let surfaces = section.optional("surface");
     let kind = (channels.len(), bands.is_some());
-    let surfaces = surfaces.map(|field| read_surfaces(field, kind));
-    let surfaces = surfaces.transpose()?;
+    let surfaces = section.read("surface", |field| {
+        field.tables("in `[[problem.surface]]`", |own| read_surface(own, kind))
+    })?;
     section.finish()?;
     Ok(Room {
         deck,
-        open: open.unwrap_or_else(|| Placed::default(false)),
-        net_fluxes: net_fluxes.unwrap_or_else(|| Placed::default(true)),
+        open,
+        net_fluxes,
         channels,
         bands,
         surfaces: surfaces.unwrap_or_default(),
@@ -204,38 +201,39 @@ impl Kind for Room {
 
     /// Which surfaces there are is known where the scene is made.
     fn validate_target(&self, file: &ProblemFile, what: &What) -> Result<(), InputError> {
-        match what {
-            What::Spot(_, point) => Err(file.error(
+        let (place, message) = match what {
+            What::Spot(_, point) => (
                 &point.place,
                 "`point` belongs to scenes: a place on a surface of a room is `t`, its share of the length",
-            )),
-            What::Facing(_, facing) => Err(file.error(&facing.place, "`facing` belongs to scenes")),
+            ),
+            What::Facing(_, facing) => (&facing.place, "`facing` belongs to scenes"),
             What::On(_, t) => {
                 let inside = (0.0..=1.0).contains(&t.value);
-                file.demand(t, inside, "`t` must be from 0 to 1, along the surface")
+                return file.demand(t, inside, "`t` must be from 0 to 1, along the surface");
             }
-            What::Grid(points, Some(_)) => file.validate_grid(points),
-            What::Grid(points, None) => Err(file.error(
+            What::Grid(points, Some(_)) => return file.validate_grid(points),
+            What::Grid(points, None) => (
                 &points.place,
                 "in a room a grid lies on a surface: add `surface = \"name\"`",
-            )),
-            What::OverAll | What::OverSurface(_) | What::Listed(_) => Ok(()),
-            What::OverSurfaces(names) => validate_names(file, names),
-            What::Lattice(points) => Err(file.error(
+            ),
+            What::OverAll | What::OverSurface(_) | What::Listed(_) => return Ok(()),
+            What::OverSurfaces(names) => return validate_names(file, names),
+            What::Lattice(points) => (
                 &points.place,
                 "a surface has one coordinate: `grid` must be one number of points",
-            )),
-            What::At(at) if at.value.len() == 2 => Ok(()),
-            What::At(at) => Err(file.error(
+            ),
+            What::At(at) if at.value.len() == 2 => return Ok(()),
+            What::At(at) => (
                 &at.place,
                 "`at` must be a place on a surface, { surface = \"name\", t = 0.5 }, or a point in the air, [x, y]",
-            )),
-            What::Over(from, _) => Err(file.error(
+            ),
+            What::Over(from, _) => (
                 &from.place,
                 "`over` must be \"all\", the name of a surface, or an array of such names",
-            )),
-            What::Weight(weight) => Err(file.error(&weight.place, "`weight` belongs to cubes")),
-        }
+            ),
+            What::Weight(weight) => (&weight.place, "`weight` belongs to cubes"),
+        };
+        Err(file.error(place, message))
     }
 
     fn most_degree(&self) -> (usize, &'static str) {

@@ -119,42 +119,44 @@ impl Kind for Scene {
     }
 
     fn validate_target(&self, file: &ProblemFile, what: &What) -> Result<(), InputError> {
-        match what {
-            What::At(at) => triple(file, at).map(|_| ()),
+        let (place, message) = match what {
+            What::At(at) => return triple(file, at).map(|_| ()),
             What::Spot(surface, at) => {
                 self.find(file, surface)?;
-                triple(file, at).map(|_| ())
+                return triple(file, at).map(|_| ());
             }
             What::Facing(at, facing) => {
                 triple(file, at)?;
-                triple(file, facing).map(|_| ())
+                return triple(file, facing).map(|_| ());
             }
-            What::OverSurface(name) => self.find(file, name).map(|_| ()),
+            What::OverSurface(name) => return self.find(file, name).map(|_| ()),
             What::OverSurfaces(names) => {
                 if names.value.is_empty() {
                     return Err(file.error(&names.place, "`over` must name at least one surface"));
                 }
-                names.value.iter().try_for_each(|name| self.find(file, name).map(|_| ()))
+                let mut names = names.value.iter();
+                return names.try_for_each(|name| self.find(file, name).map(|_| ()));
             }
-            What::OverAll | What::Listed(_) => Ok(()),
-            What::On(_, t) => Err(file.error(
+            What::OverAll | What::Listed(_) => return Ok(()),
+            What::On(_, t) => (
                 &t.place,
                 "a place on a surface in space is a point: write `at = { surface = \"name\", point = [x, y, z] }`",
-            )),
-            What::Grid(points, _) => Err(file.error(
+            ),
+            What::Grid(points, _) => (
                 &points.place,
                 "a `grid` is along a line: in a scene give points, `at = [x, y, z]`, or `at = \"points.csv\"`",
-            )),
-            What::Lattice(points) => Err(file.error(
+            ),
+            What::Lattice(points) => (
                 &points.place,
                 "a `grid` belongs to cubes: in a scene give points, `at = [x, y, z]`, or `at = \"points.csv\"`",
-            )),
-            What::Over(from, _) => Err(file.error(
+            ),
+            What::Over(from, _) => (
                 &from.place,
                 "`over` must be \"all\", the name of a surface, or an array of such names",
-            )),
-            What::Weight(weight) => Err(file.error(&weight.place, "`weight` belongs to cubes")),
-        }
+            ),
+            What::Weight(weight) => (&weight.place, "`weight` belongs to cubes"),
+        };
+        Err(file.error(place, message))
     }
 
     fn most_degree(&self) -> (usize, &'static str) {

@@ -1,8 +1,7 @@
 //! What formulas are functions of: the points of a product of intervals, and numbers with names; and what is asked for there.
 
+use crate::formula::{self, Parameter, Variables};
 use fredholm::{Ask, Method, Region, Target};
-use fredholm_formula::{self as formula, Parameter, Variables};
-use toml::de::DeValue;
 
 use super::parameters::{number, read_parameters};
 use crate::model::{NOTHING, grid};
@@ -31,18 +30,24 @@ impl Space {
     /// Reads `dimension`, `parameters`, `domain` and `edges`.
     pub(super) fn read(section: &mut Section<'_, '_>) -> Result<Self, InputError> {
         let dimension = section.required("dimension")?.integer()?;
-        let parameters = match section.optional("parameters") {
-            Some(field) => read_parameters(field)?,
-            None => Placed::default(Vec::new()),
-        };
-        let domain = section.optional("domain");
-        let domain = domain.map(|field| read_domain(&field, &parameters.value));
-        let edges = section.optional("edges");
-        let edges = edges.map(|field| read_edges(&field, &parameters.value));
+        let parameters = section.read_or("parameters", read_parameters, Vec::new())?;
+        let known = &parameters.value;
+        let domain = section.read("domain", |field| {
+            field.one_or_more(|own| interval(own, known))
+        });
+        // One list of numbers for each axis, or the numbers of the only one.
+        let edges = section.read("edges", |field| {
+            field.one_or_more(|own| {
+                let edge = |edge: &Field<'_, '_>| {
+                    Ok(Placed::file(edge.span.clone(), number(edge, known)?))
+                };
+                Ok(own.elements("an array of numbers", edge)?.value)
+            })
+        });
         Ok(Self {
             dimension,
-            domain: domain.transpose()?,
-            edges: edges.transpose()?,
+            domain: domain?,
+            edges: edges?,
             parameters,
         })
     }
@@ -212,87 +217,24 @@ pub(super) fn check_formula(
         .map_err(|error| file.error_within(text, error.span, error.message))
 }
 
-/// Reads `domain`: an array of intervals, or one of them.
-fn read_domain(
-    field: &Field<'_, '_>,
-    parameters: &[Parameter],
-) -> Result<Placed<Vec<Placed<[f64; 2]>>>, InputError> {
-    let DeValue::Array(array) = &field.value else {
-        return Err(field.mistyped("an array of pairs `[from, to]`"));
-    };
-    let is_one = !array.iter().any(|item| item.get_ref().is_array());
-    let intervals = match is_one {
-        true => vec![interval(field, parameters)?],
-        false => {
-            let items = array.iter().enumerate();
-            let items = items.map(|(index, item)| field.element(index, item));
-            items
-                .map(|item| interval(&item, parameters))
-                .collect::<Result<_, _>>()?
-        }
-    };
-    Ok(Placed::file(field.span.clone(), intervals))
-}
-
-/// One list of numbers for each axis, or the numbers of the only one.
-fn read_edges(
-    field: &Field<'_, '_>,
-    parameters: &[Parameter],
-) -> Result<Placed<Vec<Vec<Placed<f64>>>>, InputError> {
-    let numbers = |field: &Field<'_, '_>| {
-        let DeValue::Array(array) = &field.value else {
-            return Err(field.mistyped("an array of numbers"));
-        };
-        let items = array.iter().enumerate();
-        let items = items.map(|(index, item)| {
-            let item = field.element(index, item);
-            Ok(Placed::file(item.span.clone(), number(&item, parameters)?))
-        });
-        items.collect::<Result<Vec<_>, InputError>>()
-    };
-    let DeValue::Array(array) = &field.value else {
-        return Err(field.mistyped("an array of numbers, or one for each axis"));
-    };
-    let is_one = !array.iter().any(|item| item.get_ref().is_array());
-    let axes = match is_one {
-        true => vec![numbers(field)?],
-        false => {
-            let items = array.iter().enumerate();
-            let items = items.map(|(index, item)| numbers(&field.element(index, item)));
-            items.collect::<Result<_, _>>()?
-        }
-    };
-    Ok(Placed::file(field.span.clone(), axes))
-}
-
+/// Reads an interval of `domain`.
 fn interval(
     field: &Field<'_, '_>,
     parameters: &[Parameter],
 ) -> Result<Placed<[f64; 2]>, InputError> {
-    let DeValue::Array(array) = &field.value else {
-        return Err(field.mistyped("a pair `[from, to]`"));
-    };
-    let (Some(low), Some(high), 2) = (array.first(), array.get(1), array.len()) else {
+    let mut items = field.items("a pair `[from, to]`")?;
+    let (Some(low), Some(high), None) = (items.next(), items.next(), items.next()) else {
         return Err(field.error(format_args!(
             "`{}` must be two numbers, `[from, to]`",
             field.name
         )));
     };
-    let end = |index, item| {
-        let item = field.element(index, item);
-        match &item.value {
-            DeValue::Float(float) => match float.as_str() {
-                "inf" | "+inf" => Ok(f64::INFINITY),
-                "-inf" => Ok(f64::NEG_INFINITY),
-                _ => number(&item, parameters),
-            },
-            _ => number(&item, parameters),
-        }
+    let end = |item: &Field<'_, '_>| match item.value.as_float().map(|float| float.as_str()) {
+        Some("inf" | "+inf") => Ok(f64::INFINITY),
+        Some("-inf") => Ok(f64::NEG_INFINITY),
+        _ => number(item, parameters),
     };
-    Ok(Placed::file(
-        field.span.clone(),
-        [end(0, low)?, end(1, high)?],
-    ))
+    Ok(Placed::file(field.span.clone(), [end(&low)?, end(&high)?]))
 }
 
 /// Refuses intervals that are not one of each axis, the lower end first.

@@ -9,7 +9,7 @@ use super::{Kind, KindEntry, shared};
 use crate::model::NOTHING;
 use crate::place::{InputError, Placed};
 use crate::points::numbers;
-use crate::section::Section;
+use crate::section::{Field, Section};
 use crate::{ProblemFile, Resolution, What};
 
 pub(super) const ENTRY: KindEntry = KindEntry {
@@ -37,18 +37,14 @@ pub struct Sphere {
 
 /// Reads the rest of `[problem]` for a sphere.
 fn read(mut section: Section<'_, '_>) -> Result<Sphere, InputError> {
-    let albedo = section.required("albedo")?.number()?;
-    let asymmetry = section.optional("asymmetry");
-    let emission = section.required("emission")?.numbers()?;
-    let forward = section.optional("forward");
+    let sphere = Sphere {
+        albedo: section.required("albedo")?.number()?,
+        asymmetry: section.read_or("asymmetry", Field::number, 0.0)?,
+        emission: section.required("emission")?.numbers()?,
+        forward: section.read("forward", Field::number)?,
+    };
     section.finish()?;
-    let asymmetry = asymmetry.map(|field| field.number()).transpose()?;
-    Ok(Sphere {
-        albedo,
-        asymmetry: asymmetry.unwrap_or_else(|| Placed::default(0.0)),
-        emission,
-        forward: forward.map(|field| field.number()).transpose()?,
-    })
+    Ok(sphere)
 }
 
 impl Sphere {
@@ -129,30 +125,31 @@ impl Kind for Sphere {
     }
 
     fn validate_target(&self, file: &ProblemFile, what: &What) -> Result<(), InputError> {
-        match what {
-            What::At(at) => file.validate_point(at, check_angles),
-            What::OverAll | What::Listed(_) => Ok(()),
-            What::Grid(points, None) => Err(file.error(
+        let (place, message) = match what {
+            What::At(at) => return file.validate_point(at, check_angles),
+            What::OverAll | What::Listed(_) => return Ok(()),
+            What::Grid(points, None) => (
                 &points.place,
                 "a `grid` is along a line: on a sphere give points, `at = [theta, phi]`",
-            )),
-            What::Lattice(points) => Err(file.error(
+            ),
+            What::Lattice(points) => (
                 &points.place,
                 "a `grid` is along a line: on a sphere give points, `at = [theta, phi]`, or `at = \"points.csv\"`",
-            )),
-            What::OverSurfaces(words) => Err(file.error(&words.place, "`over` must be \"all\"")),
-            What::Over(from, _) => Err(file.error(
+            ),
+            What::OverSurfaces(words) => (&words.place, "`over` must be \"all\""),
+            What::Over(from, _) => (
                 &from.place,
                 "a part of a sphere is not offered: use `over = \"all\"`",
-            )),
-            What::OverSurface(word) => Err(file.error(&word.place, "`over` must be \"all\"")),
-            What::Facing(_, facing) => Err(file.error(&facing.place, "`facing` belongs to scenes")),
-            What::Grid(_, Some(surface)) | What::On(surface, _) | What::Spot(surface, _) => Err(file.error(
+            ),
+            What::OverSurface(word) => (&word.place, "`over` must be \"all\""),
+            What::Facing(_, facing) => (&facing.place, "`facing` belongs to scenes"),
+            What::Grid(_, Some(surface)) | What::On(surface, _) | What::Spot(surface, _) => (
                 &surface.place,
                 "a sphere has no other surfaces: they belong to rooms",
-            )),
-            What::Weight(weight) => Err(file.error(&weight.place, "`weight` belongs to cubes")),
-        }
+            ),
+            What::Weight(weight) => (&weight.place, "`weight` belongs to cubes"),
+        };
+        Err(file.error(place, message))
     }
 
     fn most_degree(&self) -> (usize, &'static str) {

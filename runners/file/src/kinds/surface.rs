@@ -1,14 +1,11 @@
 //! The surfaces of a room, `[[problem.surface]]`.
 
-use toml::de::DeValue;
-
 use super::material::{
-    EMISSIVITY, Material, Numbers, TEMPERATURE, is_emissivity, is_temperature, read_temperatures,
+    EMISSIVITY, Material, MaterialFields, Numbers, TEMPERATURE, is_emissivity, is_temperature,
+    read_temperatures,
 };
 use crate::ProblemFile;
-use crate::channels::{
-    FLUX_IN_BANDS, HEAT, LIGHT_IN_BANDS, Lists, NEGATIVE, read_lists, refuse_lists,
-};
+use crate::channels::{HEAT, Lists, NEGATIVE, read_lists, refuse_lists};
 use crate::place::{InputError, Placed};
 use crate::section::{Field, Section};
 
@@ -23,105 +20,52 @@ pub struct Surface {
     pub material: Material,
 }
 
-/// Reads the surfaces of a room in so many channels, and whether these are bands; 0: nothing is said of channels.
-pub(super) fn read_surfaces(
-    field: Field<'_, '_>,
-    channels: (usize, bool),
-) -> Result<Vec<Surface>, InputError> {
-    let DeValue::Array(array) = &field.value else {
-        return Err(field.mistyped("a list of tables: write `[[problem.surface]]`"));
-    };
-    let items = array.iter().enumerate();
-    items
-        .map(|(index, item)| {
-            let table = field.element(index, item);
-            read_surface(table.section("in `[[problem.surface]]`")?, channels)
-        })
-        .collect()
-}
-
-fn read_surface(
+/// Reads a surface of a room in so many channels, and whether these are bands; 0: nothing is said of channels.
+pub(super) fn read_surface(
     mut section: Section<'_, '_>,
     (channels, in_bands): (usize, bool),
 ) -> Result<Surface, InputError> {
     let name = section.required("name")?.string()?;
-    let points = section.optional("points").map(read_points).transpose()?;
-    if channels > 0 {
-        let mut lists = |key| {
-            let lists = section.optional(key).map(|f| read_lists(&f, channels));
-            lists.transpose()
-        };
-        let material = if in_bands {
-            let emissivity = lists("emissivity")?;
-            let temperature = section.optional("temperature");
-            let temperature = temperature.map(|field| read_temperatures(&field));
-            Material::Banded(emissivity, temperature.transpose()?)
-        } else {
-            Material::Coloured(lists("reflectance")?, lists("emission")?)
-        };
-        let (others, message): (&[&str], _) = match in_bands {
-            true => (&["reflectance", "emission"], LIGHT_IN_BANDS),
-            false => (&["emissivity", "temperature", "net_flux"], HEAT),
-        };
-        for (keys, message) in [(others, message), (&["net_flux"], FLUX_IN_BANDS)] {
-            for key in keys {
-                if let Some(field) = section.optional(key) {
-                    return Err(section.source.error(field.key.clone(), message));
-                }
-            }
-        }
-        section.finish()?;
-        return Ok(Surface {
-            name,
-            points,
-            material,
-        });
-    }
-    let mut numbers = |key| {
-        let field = section.optional(key)?;
-        let numbers = match key {
-            "temperature" => read_temperatures(&field),
-            _ => refuse_lists(&field).and_then(|()| field.numbers()),
-        };
-        Some((field.key.clone(), numbers))
-    };
-    let keys = [
-        "reflectance",
-        "emission",
-        "emissivity",
-        "temperature",
-        "net_flux",
-    ];
-    let [reflectance, emission, emissivity, temperature, net_flux] = keys.map(&mut numbers);
+    let points = section.read("points", read_points)?;
+    let fields = MaterialFields::of(&mut section);
     section.finish()?;
-    let light = reflectance.as_ref().or(emission.as_ref());
-    let heat = temperature.as_ref().or(net_flux.as_ref());
-    let grey = emissivity.as_ref().or(heat);
-    if let (Some(_), Some((key, _))) = (light, grey) {
-        return Err(section.source.error(
-            key.clone(),
-            "give either `reflectance` and `emission`, or `emissivity` and `temperature`, or `net_flux`",
-        ));
-    }
-    if let (Some(_), Some((key, _))) = (&temperature, &net_flux) {
-        return Err(section.source.error(
-            key.clone(),
-            "give either the `temperature` of a surface or its `net_flux`: one follows from the other",
-        ));
-    }
-    let is_grey = grey.is_some();
-    let value =
-        |field: Option<(_, Result<_, InputError>)>| field.map(|(_, value)| value).transpose();
+    let lists = |field: &Option<Field<'_, '_>>| {
+        let lists = field.as_ref().map(|field| read_lists(field, channels));
+        lists.transpose()
+    };
+    let numbers = |field: &Option<Field<'_, '_>>| {
+        let numbers = field.as_ref().map(|field| {
+            refuse_lists(field)?;
+            field.numbers()
+        });
+        numbers.transpose()
+    };
+    let temperatures = || {
+        let temperatures = fields.temperature.as_ref().map(read_temperatures);
+        temperatures.transpose()
+    };
+    let material = if channels == 0 {
+        fields.check()?;
+        if fields.net_flux.is_some() {
+            Material::Flux(numbers(&fields.net_flux)?, numbers(&fields.emissivity)?)
+        } else if fields.heat().is_some() {
+            Material::Grey(numbers(&fields.emissivity)?, temperatures()?)
+        } else {
+            Material::Light(numbers(&fields.reflectance)?, numbers(&fields.emission)?)
+        }
+    } else if in_bands {
+        fields.check_bands()?;
+        Material::Banded(lists(&fields.emissivity)?, temperatures()?)
+    } else {
+        if let Some(heat) = fields.heat() {
+            return Err(heat.unsuited(HEAT));
+        }
+        Material::Coloured(lists(&fields.reflectance)?, lists(&fields.emission)?)
+    };
     Ok(Surface {
         name,
         points,
-        material: if net_flux.is_some() {
-            Material::Flux(value(net_flux)?, value(emissivity)?)
-        } else if is_grey {
-            Material::Grey(value(emissivity)?, value(temperature)?)
-        } else {
-            Material::Light(value(reflectance)?, value(emission)?)
-        },
+        material,
     })
 }
 
@@ -130,25 +74,14 @@ const REFLECTANCE: &str = "a reflectance must be at least 0 and at most 1";
 const EMISSION: &str = "an emission must be finite";
 
 /// Reads a list of points.
-fn read_points(field: Field<'_, '_>) -> Result<Placed<Vec<Placed<[f64; 2]>>>, InputError> {
-    let DeValue::Array(array) = &field.value else {
-        return Err(field.mistyped("a list of points [x, y]"));
-    };
-    let items = array.iter().enumerate();
-    let points = items
-        .map(|(index, item)| {
-            let point = field.element(index, item);
-            let numbers = match &point.value {
-                DeValue::Array(_) => point.numbers()?,
-                _ => return Err(point.mistyped("a point [x, y]")),
-            };
-            match numbers.value.as_slice() {
-                [x, y] => Ok(Placed::file(point.span.clone(), [x.value, y.value])),
-                _ => Err(point.error("a point has two coordinates: [x, y]")),
-            }
-        })
-        .collect::<Result<Vec<_>, _>>()?;
-    Ok(Placed::file(field.span.clone(), points))
+fn read_points(field: &Field<'_, '_>) -> Result<Placed<Vec<Placed<[f64; 2]>>>, InputError> {
+    field.elements("a list of points [x, y]", |point| {
+        let numbers = point.elements("a point [x, y]", Field::number)?;
+        match numbers.value.as_slice() {
+            [x, y] => Ok(Placed::file(point.span.clone(), [x.value, y.value])),
+            _ => Err(point.error("a point has two coordinates: [x, y]")),
+        }
+    })
 }
 
 impl Surface {

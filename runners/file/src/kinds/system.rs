@@ -1,15 +1,14 @@
 //! `[problem]` with `kind = "system"`, and what it asks of the rest of the file.
 
+use crate::formula::Formula;
 use fredholm::system::{MOST_COMPONENTS, MOST_DIMENSIONS, SystemModel};
 use fredholm::{Error, Region, Scalar, Target};
-use fredholm_formula::Formula;
-use toml::de::DeValue;
 
 use super::parameters::unused;
 use super::space::{Space, check_formula};
 use super::{Kind, KindEntry, shared};
 use crate::place::{InputError, Place, Placed};
-use crate::section::Section;
+use crate::section::{Field, Section};
 use crate::{ProblemFile, Resolution, What};
 
 pub(super) const ENTRY: KindEntry = KindEntry {
@@ -44,27 +43,18 @@ fn read(mut section: Section<'_, '_>) -> Result<System, InputError> {
     let space = Space::read(&mut section)?;
     let equations = section.required("equation")?;
     section.finish()?;
-    let DeValue::Array(array) = &equations.value else {
-        return Err(equations.mistyped("a list of tables: write `[[problem.equation]]`"));
-    };
-    let items = array.iter().enumerate();
-    let all = items.map(|(index, item)| {
-        let mut section = equations
-            .element(index, item)
-            .section("in `[[problem.equation]]`")?;
-        let kernel = section.required("kernel")?.strings()?;
-        let source = section.required("source")?.string()?;
-        let solution = section.optional("solution");
+    let all = equations.tables("in `[[problem.equation]]`", |mut section| {
+        let equation = SystemEquation {
+            kernel: section.required("kernel")?.strings()?,
+            source: section.required("source")?.string()?,
+            solution: section.read("solution", Field::string)?,
+        };
         section.finish()?;
-        Ok(SystemEquation {
-            kernel,
-            source,
-            solution: solution.map(|field| field.string()).transpose()?,
-        })
+        Ok(equation)
     });
     Ok(System {
         space,
-        equations: Placed::file(equations.span.clone(), all.collect::<Result<_, _>>()?),
+        equations: Placed::file(equations.span.clone(), all?),
     })
 }
 

@@ -14,8 +14,9 @@ use crate::place::{InputError, Place, Placed, Source};
 use crate::section::{Field, Section, nearest};
 use crate::validate::{UNPRINTABLE, is_printable};
 
-/// Whether a text describes a scene.
-pub(super) fn is_one(text: &str) -> bool {
+/// Whether the text of a problem file describes a scene: whether its `[problem]` is of kind "scene".
+#[must_use]
+pub fn is_description(text: &str) -> bool {
     let Ok(tree) = DeTable::parse(text) else {
         return false;
     };
@@ -35,7 +36,11 @@ pub(super) struct Reader<'s> {
     pub(super) bands: Option<Bands>,
 }
 
-pub(super) fn read(name: &str, text: &str) -> Result<SceneFile, InputError> {
+/// Reads the description of a scene with the name `name` and the content `text`.
+///
+/// # Errors
+/// What is wrong, with its place.
+pub fn parse_description(name: &str, text: &str) -> Result<SceneFile, InputError> {
     let source = Source {
         name: name.to_owned(),
         text: text.to_owned(),
@@ -67,17 +72,13 @@ pub(crate) fn of_problem(
     source: &Source,
     mut problem: Section<'_, '_>,
 ) -> Result<SceneFile, InputError> {
-    let open = problem.optional("open").map(|f| f.boolean()).transpose()?;
+    let open = problem.read("open", Field::boolean)?;
     let mesh = problem.optional("mesh");
     let placing = Placing::read(&mut problem)?;
     let planes = symmetry::read(&mut problem)?;
     let sky = sky::read(&mut problem, open.as_ref())?;
-    let net_fluxes = problem
-        .optional("net_fluxes")
-        .map(|f| f.boolean())
-        .transpose()?;
-    let photometric = problem.optional("photometric");
-    let is_photometric = photometric.as_ref().map(|f| f.boolean()).transpose()?;
+    let net_fluxes = problem.read("net_fluxes", Field::boolean)?;
+    let photometric = problem.read("photometric", Field::boolean)?;
     let lights = light::read(&mut problem)?;
     let channels = problem.optional("channels");
     let wavelengths = problem.optional("wavelengths");
@@ -94,7 +95,7 @@ pub(crate) fn of_problem(
             without_fluxes: net_fluxes.is_some_and(|wanted| !wanted.value),
             channels: names,
             in_bands: bands.is_some(),
-            is_photometric: is_photometric.is_some_and(|wanted| wanted.value),
+            is_photometric: photometric.as_ref().is_some_and(|wanted| wanted.value),
             ..SceneFile::default()
         },
         known: HashMap::new(),
@@ -112,13 +113,7 @@ pub(crate) fn of_problem(
         reader.mesh(&mesh, &placing)?;
     }
     if let Some(field) = surfaces {
-        let DeValue::Array(array) = &field.value else {
-            return Err(field.mistyped("a list of tables: write `[[problem.surface]]`"));
-        };
-        for (index, item) in array.iter().enumerate() {
-            let table = field.element(index, item);
-            reader.surface(table.section("in `[[problem.surface]]`")?)?;
-        }
+        field.tables("in `[[problem.surface]]`", |own| reader.surface(own))?;
     }
     if reader.scene.surfaces.is_empty() {
         let message = "a scene needs surfaces: `[[problem.surface]]`, or a `mesh`";
@@ -129,15 +124,15 @@ pub(crate) fn of_problem(
     }
     symmetry::complete(&mut reader.scene, &planes)?;
     reader.finish_channels(channels.as_ref())?;
-    let scene = reader.scene;
-    match photometric {
-        Some(field) if scene.is_photometric && (scene.heat || !scene.channels.is_empty()) => {
-            Err(field.error(
-                "photometric units are of light in one channel: leave `photometric` out, or temperatures and channels",
-            ))
-        }
-        _ => Ok(scene),
+    if let Some(wanted) = photometric.filter(|wanted| wanted.value)
+        && (reader.scene.heat || !reader.scene.channels.is_empty())
+    {
+        return Err(reader.error(
+            &wanted.place,
+            "photometric units are of light in one channel: leave `photometric` out, or temperatures and channels",
+        ));
     }
+    Ok(reader.scene)
 }
 
 /// Where a mesh or a surface is put: scaled, then turned about the axes x, y and z, then moved.
@@ -266,14 +261,8 @@ impl Reader<'_> {
             .into_iter()
             .filter_map(|key| section.optional(key))
             .collect();
-        let inward = section
-            .optional("inward")
-            .map(|f| f.boolean())
-            .transpose()?;
-        let two_sided = section
-            .optional("two_sided")
-            .map(|f| f.boolean())
-            .transpose()?;
+        let inward = section.read("inward", Field::boolean)?;
+        let two_sided = section.read("two_sided", Field::boolean)?;
         let placing = Placing::read(&mut section)?;
         let material = self.material(&mut section)?;
         section.finish()?;
@@ -330,31 +319,18 @@ impl Reader<'_> {
 
     /// The polygons of a surface.
     fn shape(&mut self, field: &Field<'_, '_>, at: usize, inward: bool) -> Result<(), InputError> {
-        let line = |span: &core::ops::Range<usize>| self.source.locate(span.start).line as u32;
+        let place = |field: &Field<'_, '_>| (0, field.source.locate(field.span.start).line as u32);
+        let mut add = |field: &Field<'_, '_>, points: &[[f64; 3]]| {
+            let added = self.scene.add(at, points, place(field));
+            added.map_err(|message| field.error(message))
+        };
         match field.name.as_str() {
-            "polygon" => {
-                let place = (0, line(&field.span));
-                let points = polygon(field)?;
-                self.scene
-                    .add(at, &points, place)
-                    .map_err(|message| field.error(message))
-            }
+            "polygon" => add(field, &polygon(field)?),
             "polygons" => {
-                let DeValue::Array(array) = &field.value else {
-                    return Err(field.mistyped("a list of polygons"));
-                };
-                for (index, item) in array.iter().enumerate() {
-                    let item = field.element(index, item);
-                    let place = (0, self.source.locate(item.span.start).line as u32);
-                    let points = polygon(&item)?;
-                    self.scene
-                        .add(at, &points, place)
-                        .map_err(|message| item.error(message))?;
-                }
-                Ok(())
+                let mut items = field.items("a list of polygons")?;
+                items.try_for_each(|item| add(&item, &polygon(&item)?))
             }
             "box" => {
-                let place = (0, line(&field.span));
                 let corners = polygon_of(field, 2, "two corners [x, y, z]")?;
                 let [low, high] = [corners[0], corners[1]];
                 if (0..3).any(|k| !(low[k] < high[k])) {
@@ -366,12 +342,8 @@ impl Reader<'_> {
                 } else {
                     shapes::block(low, high)
                 };
-                for polygon in shape.surfaces.iter().flatten() {
-                    self.scene
-                        .add(at, polygon.points(), place)
-                        .map_err(|message| field.error(message))?;
-                }
-                Ok(())
+                let mut polygons = shape.surfaces.iter().flatten();
+                polygons.try_for_each(|polygon| add(field, polygon.points()))
             }
             _ => {
                 let path = field.string()?;
@@ -454,10 +426,7 @@ fn moved(mut surface: SceneSurface, placing: &Placing) -> SceneSurface {
 
 /// Three numbers.
 pub(super) fn triple(field: &Field<'_, '_>) -> Result<Placed<[f64; 3]>, InputError> {
-    let numbers = match &field.value {
-        DeValue::Array(_) => field.numbers()?,
-        _ => return Err(field.mistyped("three numbers [x, y, z]")),
-    };
+    let numbers = field.elements("three numbers [x, y, z]", Field::number)?;
     match numbers.value.as_slice() {
         [x, y, z] => Ok(Placed::file(
             field.span.clone(),
@@ -478,14 +447,7 @@ fn polygon_of(
     least: usize,
     what: &str,
 ) -> Result<Vec<[f64; 3]>, InputError> {
-    let DeValue::Array(array) = &field.value else {
-        return Err(field.mistyped(what));
-    };
-    let points = array
-        .iter()
-        .enumerate()
-        .map(|(index, item)| triple(&field.element(index, item)).map(|point| point.value))
-        .collect::<Result<Vec<_>, _>>()?;
+    let points = field.elements(what, |item| Ok(triple(item)?.value))?.value;
     if points.len() < least || (least == 2 && points.len() > 2) {
         return Err(field.mistyped(what));
     }

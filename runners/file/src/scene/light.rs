@@ -1,7 +1,6 @@
 //! Light that no surface emits: `[[problem.light]]`.
 
 use fredholm_scene::Beam;
-use toml::de::DeValue;
 
 use super::description::triple;
 use crate::place::InputError;
@@ -9,20 +8,11 @@ use crate::section::{Field, Section};
 
 /// What `light` says: a list of points with an `intensity`, and of directions with an `irradiance`.
 pub(super) fn read(section: &mut Section<'_, '_>) -> Result<Vec<Beam<f64>>, InputError> {
-    let Some(field) = section.optional("light") else {
-        return Ok(Vec::new());
-    };
-    let DeValue::Array(array) = &field.value else {
-        return Err(field.mistyped("a list of tables: write `[[problem.light]]`"));
-    };
-    let items = array.iter().enumerate();
-    items
-        .map(|(index, item)| one(field.element(index, item)))
-        .collect()
+    let all = section.read("light", |field| field.tables("in `[[problem.light]]`", one))?;
+    Ok(all.unwrap_or_default())
 }
 
-fn one(field: Field<'_, '_>) -> Result<Beam<f64>, InputError> {
-    let mut own = field.section("in `[[problem.light]]`")?;
+fn one(mut own: Section<'_, '_>) -> Result<Beam<f64>, InputError> {
     let (at, towards) = (own.optional("at"), own.optional("towards"));
     let (intensity, irradiance) = (own.optional("intensity"), own.optional("irradiance"));
     own.finish()?;

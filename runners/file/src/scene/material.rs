@@ -5,11 +5,9 @@ use fredholm_scene::Material;
 
 use super::SceneSurface;
 use super::description::Reader;
-use crate::channels::{
-    FLUX_IN_BANDS, HEAT, LIGHT_IN_BANDS, NEGATIVE, default_names, of_channel, wrong_count,
-};
+use crate::channels::{HEAT, NEGATIVE, default_names, of_channel, wrong_count};
 use crate::kinds::material::{
-    EMISSIVITY, TEMPERATURE, is_emissivity, is_temperature, read_temperature,
+    EMISSIVITY, MaterialFields, TEMPERATURE, is_emissivity, is_temperature, read_temperature,
 };
 use crate::place::InputError;
 use crate::section::{Field, Section};
@@ -69,38 +67,22 @@ impl Reader<'_> {
         &mut self,
         section: &mut Section<'_, '_>,
     ) -> Result<Option<Given>, InputError> {
-        let keys = [
-            "reflectance",
-            "emission",
-            "emissivity",
-            "temperature",
-            "net_flux",
-        ];
-        let [reflectance, emission, emissivity, temperature, net_flux] =
-            keys.map(|key| section.optional(key));
-        let light = reflectance.as_ref().or(emission.as_ref());
-        let heat = temperature.as_ref().or(net_flux.as_ref());
-        let grey = emissivity.as_ref().or(heat);
-        if let (Some(_), Some(field)) = (light, grey) {
-            return Err(field.error(
-                "give either `reflectance` and `emission`, or `emissivity` and `temperature`, or `net_flux`",
-            ));
-        }
-        if let (Some(_), Some(field)) = (&temperature, &net_flux) {
-            return Err(field.error(
-                "give either the `temperature` of a surface or its `net_flux`: one follows from the other",
-            ));
-        }
+        let fields = MaterialFields::of(section);
+        fields.check()?;
         if self.bands.is_some() {
-            if let Some(field) = light {
-                return Err(field.error(LIGHT_IN_BANDS));
-            }
-            if let Some(field) = &net_flux {
-                return Err(field.error(FLUX_IN_BANDS));
-            }
-            let given = grey.is_some();
+            fields.check_bands()?;
+        }
+        let (is_light, is_grey) = (fields.light().is_some(), fields.heat().is_some());
+        let MaterialFields {
+            reflectance,
+            emission,
+            emissivity,
+            temperature,
+            net_flux,
+        } = fields;
+        if self.bands.is_some() {
             let colours = self.in_bands(emissivity.as_ref(), temperature.as_ref())?;
-            return Ok(given.then(|| Given {
+            return Ok(is_grey.then(|| Given {
                 material: largest(&colours),
                 colours,
                 emissivity: None,
@@ -116,7 +98,7 @@ impl Reader<'_> {
                 is_heat: true,
             }));
         }
-        if grey.is_some() {
+        if is_grey {
             return Ok(Some(Given {
                 material: Material::grey(emissivity.unwrap_or(1.0), kelvin(temperature.as_ref())?),
                 colours: Vec::new(),
@@ -124,7 +106,6 @@ impl Reader<'_> {
                 is_heat: true,
             }));
         }
-        let is_given = reflectance.is_some() || emission.is_some();
         let reflectances = self.of_channels(
             reflectance.as_ref(),
             &|r| (0.0..=1.0).contains(&r),
@@ -143,7 +124,7 @@ impl Reader<'_> {
             })
             .collect();
         let material = largest(&colours);
-        Ok(is_given.then(|| Given {
+        Ok(is_light.then(|| Given {
             material,
             colours: if count > 1 { colours } else { Vec::new() },
             emissivity: None,

@@ -21,8 +21,10 @@ use std::path::Path;
 use fredholm_scene::{Beam, Enclosure, Material, Polygon, Scene, SceneError, Surface};
 
 pub(crate) use description::of_problem;
+pub use description::{is_description, parse_description};
 pub use sky::SkyBands;
 
+use crate::words::{Words, Wrong, lines};
 use crate::{InputError, Source, load};
 
 /// A commented description of a scene, as `fredholm init scene` prints it.
@@ -215,14 +217,12 @@ fn distinguish(surfaces: &mut [SceneSurface]) {
     }
 }
 
-/// The kinds of files that are read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// The kinds of meshes.
 enum Format {
     Obj,
     Stl,
     Ply,
     Vs3,
-    Toml,
 }
 
 /// The format of a file by the end of its name.
@@ -233,7 +233,6 @@ fn format_of(path: &Path) -> Option<Format> {
         "stl" => Some(Format::Stl),
         "ply" => Some(Format::Ply),
         "vs3" => Some(Format::Vs3),
-        "toml" => Some(Format::Toml),
         _ => None,
     }
 }
@@ -241,41 +240,15 @@ fn format_of(path: &Path) -> Option<Format> {
 /// Whether files of this name are meshes or decks of scenes in space.
 #[must_use]
 pub fn is_mesh(path: &Path) -> bool {
-    format_of(path).is_some_and(|format| format != Format::Toml)
+    format_of(path).is_some()
 }
 
-/// Whether the text of a problem file describes a scene: whether its `[problem]` is of kind "scene".
-#[must_use]
-pub fn is_description(text: &str) -> bool {
-    description::is_one(text)
-}
-
-/// Reads a scene of any format, by the end of the file's name.
+/// Reads a mesh or deck, whose name's end says the format.
 ///
 /// # Errors
 /// What cannot be read, or is wrong, with its place.
 pub fn read(path: &Path) -> Result<SceneFile, InputError> {
-    let name = path.display().to_string();
-    let Some(format) = format_of(path) else {
-        return Err(InputError::new(format_args!(
-            "{name}: a scene is an .obj, .stl, .ply, .vs3 or .toml file"
-        )));
-    };
-    if format == Format::Toml {
-        let bytes = load(path, crate::MAX_BYTES)?;
-        let text = crate::utf8(&name, bytes)?;
-        return description::read(&name, &text);
-    }
-    let bytes = load(path, MAX_BYTES)?;
-    parse(&name, format, bytes)
-}
-
-/// Reads the description of a scene with the name `name` and the content `text`.
-///
-/// # Errors
-/// What is wrong, with its place.
-pub fn parse_description(name: &str, text: &str) -> Result<SceneFile, InputError> {
-    description::read(name, text)
+    parse_mesh(&path.display().to_string(), load(path, MAX_BYTES)?)
 }
 
 /// Reads the mesh or deck of this name, whose end says the format.
@@ -283,20 +256,12 @@ pub fn parse_description(name: &str, text: &str) -> Result<SceneFile, InputError
 /// # Errors
 /// What is wrong, with its place.
 pub fn parse_mesh(name: &str, bytes: Vec<u8>) -> Result<SceneFile, InputError> {
-    match format_of(Path::new(name)) {
-        Some(format) if format != Format::Toml => parse(name, format, bytes),
-        _ => Err(InputError::new(format_args!(
+    let Some(format) = format_of(Path::new(name)) else {
+        return Err(InputError::new(format_args!(
             "{name}: a mesh is an .obj, .stl, .ply or .vs3 file"
-        ))),
-    }
-}
-
-fn parse(name: &str, format: Format, bytes: Vec<u8>) -> Result<SceneFile, InputError> {
-    let mut scene = SceneFile {
-        // A mesh does not say; a deck does.
-        open: false,
-        ..SceneFile::default()
+        )));
     };
+    let mut scene = SceneFile::default();
     let file = scene.file(name);
     match format {
         Format::Stl => stl::read(&mut scene, file, name, &bytes)?,
@@ -323,96 +288,6 @@ fn parse(name: &str, format: Format, bytes: Vec<u8>) -> Result<SceneFile, InputE
         return Err(InputError::new(format_args!("{name}: there are no faces")));
     }
     Ok(scene)
-}
-
-/// What is wrong, and the bytes where it is.
-#[derive(Clone, Debug, PartialEq)]
-struct Wrong {
-    place: core::ops::Range<usize>,
-    message: String,
-}
-
-impl Wrong {
-    fn at(self, source: &Source) -> InputError {
-        source.error(self.place, self.message)
-    }
-}
-
-/// The words of a line, with what an error needs.
-#[derive(Clone, Debug)]
-struct Words<'t> {
-    /// The whole text.
-    text: &'t str,
-    rest: &'t str,
-    line: u32,
-}
-
-/// The lines of a text that say something; what follows one of `comments` does not.
-fn lines<'t>(text: &'t str, comments: &'static [char]) -> impl Iterator<Item = Words<'t>> {
-    (1..).zip(text.lines()).filter_map(move |(line, content)| {
-        let rest = content.split(comments).next().unwrap_or("").trim_end();
-        (!rest.trim_start().is_empty()).then_some(Words { text, rest, line })
-    })
-}
-
-impl<'t> Words<'t> {
-    /// The next word, perhaps empty.
-    fn next(&mut self) -> &'t str {
-        let rest = self.rest.trim_start();
-        let end = rest.find(char::is_whitespace).unwrap_or(rest.len());
-        let (word, rest) = rest.split_at(end);
-        self.rest = rest;
-        word
-    }
-
-    /// An error about a word of the text.
-    fn wrong(&self, word: &str, message: impl Display) -> Wrong {
-        let start = word.as_ptr() as usize - self.text.as_ptr() as usize;
-        Wrong {
-            place: start..start + word.len(),
-            message: message.to_string(),
-        }
-    }
-
-    fn word(&mut self, what: &str) -> Result<&'t str, Wrong> {
-        let word = self.next();
-        if word.is_empty() {
-            return Err(self.wrong(self.rest, format_args!("the line ends before {what}")));
-        }
-        Ok(word)
-    }
-
-    fn parsed<T: core::str::FromStr>(&mut self, what: &str) -> Result<T, Wrong> {
-        let word = self.word(what)?;
-        let wrong = |_| self.wrong(word, format_args!("{word:?} is not {what}"));
-        word.parse().map_err(wrong)
-    }
-
-    fn number(&mut self, what: &str) -> Result<f64, Wrong> {
-        let word = self.word(what)?;
-        let number = word.parse::<f64>().ok().filter(|x| x.is_finite());
-        number.ok_or_else(|| {
-            self.wrong(
-                word,
-                format_args!("{what} must be a finite number, not {word:?}"),
-            )
-        })
-    }
-
-    fn point(&mut self) -> Result<[f64; 3], Wrong> {
-        Ok([
-            self.number("the coordinate x")?,
-            self.number("the coordinate y")?,
-            self.number("the coordinate z")?,
-        ])
-    }
-
-    /// What is left of the line, as a name: what moves the caret of a terminal is no part of it.
-    fn name(&mut self) -> String {
-        let name = self.rest.replace(char::is_control, " ");
-        self.rest = "";
-        name.trim().to_owned()
-    }
 }
 
 /// An error of a file without lines, or one that no line shows.

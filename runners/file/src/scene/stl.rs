@@ -122,12 +122,8 @@ fn text(scene: &mut SceneFile, file: u32, text: &str) -> Result<(), Wrong> {
         }
     }
     if inside {
-        let text = text.trim_end();
-        let start = text.rfind('\n').map_or(0, |end| end + 1);
-        return Err(Wrong {
-            place: start..text.len(),
-            message: "the file is cut short: `endsolid` is missing after this line".to_owned(),
-        });
+        let message = "the file is cut short: `endsolid` is missing after this line";
+        return Err(Wrong::cut_short(text, message));
     }
     Ok(())
 }

@@ -21,11 +21,20 @@ fn names(scene: &SceneFile) -> Vec<(&str, usize)> {
         .collect()
 }
 
-/// The message, which must begin with this place.
-fn refused(name: &str, text: &str, place: &str, words: &str) {
+/// Demands an error with these words that begins with this place.
+fn refused_at(name: &str, text: &str, place: &str, words: &str) {
     let error = mesh(name, text).expect_err(words);
     assert!(error.starts_with(place), "{error}");
     assert!(error.contains(words), "{error}");
+}
+
+/// Demands an error with these words at what stands between « and ».
+fn refused(name: &str, marked: &str, words: &str) {
+    let (before, _) = marked.split_once('«').unwrap();
+    let own = before.rsplit('\n').next().unwrap_or_default();
+    let (line, column) = (before.matches('\n').count() + 1, own.chars().count() + 1);
+    let place = format!("{name}:{line}:{column}:");
+    refused_at(name, &marked.replace(['«', '»'], ""), &place, words);
 }
 
 #[test]
@@ -42,43 +51,18 @@ fn obj_files() {
         assert!(CUBE.contains(from), "{from}");
         CUBE.replacen(from, to, 1)
     };
-    refused(
-        "a.obj",
-        &change("f 1 2 3 4", "f 1 2 3 9"),
-        "a.obj:13:9:",
+    let bad = |from: &str, to: &str, words: &str| refused("a.obj", &change(from, to), words);
+    bad(
+        "f 1 2 3 4",
+        "f 1 2 3 «9»",
         "there is no vertex 9: 8 stand above",
     );
-    refused(
-        "a.obj",
-        &change("f 1 2 3 4", "f 1 2 0 4"),
-        "a.obj:13:7:",
-        "not the number of a vertex",
-    );
-    refused(
-        "a.obj",
-        &change("f 1 2 3 4", "f 1 2"),
-        "a.obj:13:1:",
-        "at least three vertices",
-    );
-    refused(
-        "a.obj",
-        &change("v 1 1 1", "v 1 nan 1"),
-        "a.obj:10:5:",
-        "finite",
-    );
-    refused(
-        "a.obj",
-        &change("v 1 1 1", "v 1 1"),
-        "a.obj:10:6:",
-        "ends before the coordinate z",
-    );
-    refused(
-        "a.obj",
-        &change("usemtl walls", "curv 1"),
-        "a.obj:16:1:",
-        "unknown key \"curv\"",
-    );
-    refused("a.obj", "", "a.obj:", "no faces");
+    bad("f 1 2 3 4", "f 1 2 «0» 4", "not the number of a vertex");
+    bad("f 1 2 3 4", "«f» 1 2", "at least three vertices");
+    bad("v 1 1 1", "v 1 «nan» 1", "finite");
+    bad("v 1 1 1", "v 1 1«»", "ends before the coordinate z");
+    bad("usemtl walls", "«curv» 1", "unknown key \"curv\"");
+    refused_at("a.obj", "", "a.obj:", "no faces");
     // Left out: the error of the scene names the line of the face and its surface.
     let gap = mesh("a.obj", &change("f 4 8 5 1\n", "")).unwrap();
     let error = gap.scene::<f64>().unwrap_err().to_string();
@@ -98,8 +82,8 @@ fn polygons_are_cut() {
     assert!((area - 3.0).abs() < 1e-15, "{area}");
     let bent = "v 0 0 0\nv 1 0 0\nv 1 1 0.1\nv 0 1 0\nf 1 2 3 4\n";
     assert_eq!(names(&mesh("b.obj", bent).unwrap()), [("surface", 2)]);
-    let crossed = "v 0 0 0\nv 1 1 0\nv 1 0 0\nv 0 1 0\nf 1 2 3 4\n";
-    refused("x.obj", crossed, "x.obj:5:1:", "crosses itself");
+    let crossed = "v 0 0 0\nv 1 1 0\nv 1 0 0\nv 0 1 0\n«f» 1 2 3 4\n";
+    refused("x.obj", crossed, "crosses itself");
 }
 
 #[test]
@@ -113,65 +97,28 @@ fn view3d_decks() {
             .unwrap()
             .open
     );
-    let change = |from: &str, to: &str| {
+    let bad = |from: &str, to: &str, words: &str| {
         assert!(DECK.contains(from), "{from}");
-        DECK.replacen(from, to, 1)
+        refused("d.vs3", &DECK.replacen(from, to, 1), words);
     };
-    refused(
-        "d.vs3",
-        &change("S 1 1 2 3 4", "S 1 1 2 3 9"),
-        "d.vs3:13:11:",
-        "no vertex 9",
-    );
-    refused(
-        "d.vs3",
-        &change("S 2 7", "S 1 7"),
-        "d.vs3:14:1:",
-        "a second surface 1",
-    );
-    refused(
-        "d.vs3",
-        &change("0 0 0.50", "1 0 0.50"),
-        "d.vs3:13:13:",
-        "base",
-    );
-    refused(
-        "d.vs3",
-        &change("0 2 0.90", "0 7 0.90"),
-        "d.vs3:15:15:",
-        "combine",
-    );
-    refused("d.vs3", &change("0.50", "0"), "d.vs3:13:17:", "emissivity");
-    refused(
-        "d.vs3",
-        &change("upper", "lower"),
-        "d.vs3:14:1:",
+    bad("S 1 1 2 3 4", "S 1 1 2 3 «9»", "no vertex 9");
+    bad("S 2 7", "«S» 1 7", "a second surface 1");
+    bad("0 0 0.50", "«1» 0 0.50", "base");
+    bad("0 2 0.90", "0 «7» 0.90", "combine");
+    bad("0.50", "«0»", "emissivity");
+    bad(
+        "S 2 7 6 5 0 0 0 0.90 upper",
+        "«S» 2 7 6 5 0 0 0 0.90 lower",
         "named \"lower\"",
     );
-    refused(
-        "d.vs3",
-        &change("V 8 0. 1. 1.", "V 7 0. 1. 1."),
-        "d.vs3:12:1:",
-        "second vertex 7",
-    );
-    refused(
-        "d.vs3",
-        &change("F 3", "F 2"),
-        "d.vs3:3:3:",
-        "three dimensions",
-    );
-    refused(
-        "d.vs3",
-        &change("End of data", ""),
-        "d.vs3:15:1:",
+    bad("V 8 0. 1. 1.", "«V» 7 0. 1. 1.", "second vertex 7");
+    bad("F 3", "F «2»", "three dimensions");
+    bad(
+        "S 3 7 5 8 0 0 2 0.90\nEnd of data",
+        "«S 3 7 5 8 0 0 2 0.90»",
         "cut short",
     );
-    refused(
-        "d.vs3",
-        &change("T Two", "Q Two"),
-        "d.vs3:1:1:",
-        "unknown key",
-    );
+    bad("T Two", "«Q» Two", "unknown key");
 }
 
 /// A tetrahedron in both kinds of STL.
@@ -228,23 +175,22 @@ fn stl_files() {
     );
     refused(
         "t.stl",
-        &text.replace("endsolid four\n", ""),
-        "t.stl:29:1:",
+        &text.replace("endfacet\nendsolid four\n", "«endfacet»\n"),
         "cut short",
     );
     refused(
         "t.stl",
-        &text.replacen("vertex 0 0 0", "vertex 0 0 x", 1),
-        "t.stl:4:12:",
+        &text.replacen("vertex 0 0 0", "vertex 0 0 «x»", 1),
         "finite number",
     );
     refused(
         "t.stl",
-        &text.replacen("vertex 0 0 0\n", "", 1),
-        "t.stl:7:1:",
+        &text
+            .replacen("vertex 0 0 0\n", "", 1)
+            .replacen("endfacet", "«endfacet»", 1),
         "at least three",
     );
-    refused("t.stl", "hello", "t.stl:", "begins with `solid`");
+    refused_at("t.stl", "hello", "t.stl:", "begins with `solid`");
 }
 
 #[test]
@@ -290,48 +236,31 @@ fn ply_files() {
         let error = parse_mesh("a.ply", bytes).unwrap_err().to_string();
         assert!(error.contains("face 0: the file is cut short"), "{error}");
     }
-    refused(
-        "a.ply",
-        &text.replace("4 0 1 2 3", "4 0 1 2 4"),
-        "a.ply: face 0",
-        "only 4 vertices",
-    );
-    refused(
-        "a.ply",
-        &text.replace("4 0 1 2 3", "4 0 1 2 -1"),
-        "a.ply: face 0",
-        "-1 is not",
-    );
-    refused(
-        "a.ply",
-        &text.replace("1 1 0 9", "1 inf 0 9"),
-        "a.ply: vertex 2",
-        "finite",
-    );
-    refused(
-        "a.ply",
-        &text.replace("element face 1", "element face 99999999999"),
+    let bad = |from: &str, to: &str, place: &str, words: &str| {
+        refused_at("a.ply", &text.replace(from, to), place, words);
+    };
+    bad("4 0 1 2 3", "4 0 1 2 4", "a.ply: face 0", "only 4 vertices");
+    bad("4 0 1 2 3", "4 0 1 2 -1", "a.ply: face 0", "-1 is not");
+    bad("1 1 0 9", "1 inf 0 9", "a.ply: vertex 2", "finite");
+    bad(
+        "element face 1",
+        "element face 99999999999",
         "a.ply: face 1",
         "cut short",
     );
-    refused(
-        "a.ply",
-        &text.replace("ply\nformat", "plx\nformat"),
+    bad(
+        "ply\nformat",
+        "plx\nformat",
         "a.ply:1:",
         "begins with `ply`",
     );
-    refused(
-        "a.ply",
-        &text.replace("end_header", "end_heads"),
+    bad(
+        "end_header",
+        "end_heads",
         "a.ply:12:",
         "no line of a PLY header",
     );
-    refused(
-        "a.ply",
-        &text.replace("format ascii 1.0\n", ""),
-        "a.ply:11:",
-        "no `format`",
-    );
+    bad("format ascii 1.0\n", "", "a.ply:11:", "no `format`");
 }
 
 #[test]

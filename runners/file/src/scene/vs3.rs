@@ -9,6 +9,7 @@ use std::collections::HashMap;
 use fredholm_scene::Material;
 
 use super::{MAX_POLYGONS, SceneFile, SceneSurface, Words, Wrong, lines};
+use crate::deck::CUT_SHORT;
 
 pub(super) fn read(scene: &mut SceneFile, file: u32, text: &str) -> Result<(), Wrong> {
     let mut vertices: HashMap<u64, [f64; 3]> = HashMap::new();
@@ -58,12 +59,7 @@ pub(super) fn read(scene: &mut SceneFile, file: u32, text: &str) -> Result<(), W
             }
         }
     }
-    let text = text.trim_end();
-    let start = text.rfind('\n').map_or(0, |end| end + 1);
-    Err(Wrong {
-        place: start..text.len(),
-        message: "the deck is cut short: `End of data` is missing after this line".to_owned(),
-    })
+    Err(Wrong::cut_short(text, CUT_SHORT))
 }
 
 /// `C encl=1 list=3 …`: only whether it is an enclosure concerns the geometry.
@@ -123,17 +119,8 @@ fn surface(
             format_args!("{combine:?} is not the number of a surface"),
         )
     })?;
-    let start = words.clone().next();
-    let emissivity = words.number("the emissivity")?;
-    if !(emissivity > 0.0 && emissivity <= 1.0) {
-        return Err(words.wrong(start, "an emissivity must be more than 0 and at most 1"));
-    }
-    let name = words.name();
-    let name = if name.is_empty() {
-        format!("S{id}")
-    } else {
-        name
-    };
+    let emissivity = words.emissivity()?;
+    let name = words.name_of(id);
     let at = if combined == 0 {
         if let Some(first) = names.insert(name.clone(), words.line) {
             let message =

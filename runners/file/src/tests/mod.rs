@@ -69,9 +69,10 @@ fn good(text: &str) -> ProblemFile {
     file.unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// The error of reading or, failing that, of validating, or of the model.
+/// The error of reading or, failing that, of validating, or of the model. The marks « and » are no part of a text.
 fn failure(text: &str) -> String {
-    let resolved = read("t.toml", text).and_then(|file| {
+    let text = text.replace(['«', '»'], "");
+    let resolved = read("t.toml", &text).and_then(|file| {
         file.validate()?;
         file.resolve()
     });
@@ -81,9 +82,17 @@ fn failure(text: &str) -> String {
     }
 }
 
-/// Demands an error at this place, with this under the mark and these words
-/// in the message.
-fn fails(text: &str, line: usize, column: usize, marked: &str, words: &[&str]) {
+/// Demands an error at what stands between « and », with these words in the message.
+fn fails(text: &str, words: &[&str]) {
+    let (before, rest) = text.split_once('«').unwrap();
+    let (marked, _) = rest.split_once('»').unwrap();
+    let line = before.matches('\n').count() + 1;
+    let own = before.rsplit('\n').next().unwrap_or_default();
+    // An editor does not show a byte order mark.
+    let column = own.trim_start_matches('\u{feff}').chars().count() + 1;
+    // A value of several lines is marked to the end of its first, and control characters are not passed on.
+    let marked = marked.lines().next().unwrap_or_default();
+    let marked = marked.replace(char::is_control, "\u{fffd}");
     let error = failure(text);
     let place = format!("t.toml:{line}:{column}: ");
     assert!(error.starts_with(&place), "wanted {place} in\n{error}");

@@ -6,10 +6,10 @@ use crate::section::nearest;
 
 #[test]
 fn syntax_errors() {
-    fails("[problem]\nkind = \n", 2, 8, "", &["not valid TOML: "]);
-    fails("a = 1\na = 2", 2, 1, "a", &["duplicate key"]);
-    fails("a = 1\n\nb = [1,", 3, 8, "", &["not valid TOML"]);
-    fails("[walk\n", 1, 6, "", &["not valid TOML"]);
+    fails("[problem]\nkind = «»\n", &["not valid TOML: "]);
+    fails("a = 1\n«a» = 2", &["duplicate key"]);
+    fails("a = 1\n\nb = [1,«»", &["not valid TOML"]);
+    fails("[walk«»\n", &["not valid TOML"]);
 }
 
 #[test]
@@ -22,40 +22,34 @@ fn whole_message() {
 
 #[test]
 fn line_ends_tabs_and_unicode() {
-    let text = small(PROBLEM, "", "batch = 0", TARGET).replace('\n', "\r\n");
-    fails(&text, 8, 9, "0", &["`batch`"]);
+    let text = small(PROBLEM, "", "batch = «0»", TARGET).replace('\n', "\r\n");
+    fails(&text, &["`batch`"]);
     assert!(!failure(&text).contains('\r'));
-    let walk = "walks = 1\n\tbatch\t=\t0 # x";
-    fails(&small(PROBLEM, "", walk, TARGET), 9, 10, "0", &["`batch`"]);
-    let text = "problem = { \"é∑𝕏\" = 'ü', kind = 'öl' }";
-    fails(text, 1, 33, "'öl'", &["found \"öl\""]);
-    fails("\u{feff}a = 1", 1, 1, "a", &["`problem` is missing"]);
-    fails(
-        "\u{feff}problm = 1",
-        1,
-        1,
-        "problm",
-        &["did you mean `problem`?"],
-    );
+    let walk = "walks = 1\n\tbatch\t=\t«0» # x";
+    fails(&small(PROBLEM, "", walk, TARGET), &["`batch`"]);
+    let text = "problem = { \"é∑𝕏\" = 'ü', kind = «'öl'» }";
+    fails(text, &["found \"öl\""]);
+    fails("\u{feff}«a» = 1", &["`problem` is missing"]);
+    fails("\u{feff}«problm» = 1", &["did you mean `problem`?"]);
     // Control characters are not passed on.
-    fails("a = '\u{1b}[31m'", 1, 6, "\u{fffd}", &["not valid TOML"]);
+    fails("a = '«\u{1b}»[31m'", &["not valid TOML"]);
     // A value of several lines is marked to the end of its first.
-    let text = small("reflectance = [\r\n]\nemission = 1", "", "", TARGET);
-    fails(&text, 3, 15, "[", &["at least one"]);
+    let text = small("reflectance = «[»\r\n]\nemission = 1", "", "", TARGET);
+    fails(&text, &["at least one"]);
 }
 
 #[test]
 fn long_lines_are_cut() {
     for zeros in [0, 10, 60, 100, 1000] {
         for after in [0, 1, 50, 1000] {
-            let array = format!("[{}nan{}]", "0,".repeat(zeros), ",0".repeat(after));
+            let array = format!("[{}«nan»{}]", "0,".repeat(zeros), ",0".repeat(after));
             let text = small(
                 &format!("reflectance = {array}\nemission = 1"),
                 "",
                 "",
                 TARGET,
             );
-            fails(&text, 3, 16 + 2 * zeros, "nan", &["finite"]);
+            fails(&text, &["finite"]);
             assert!(
                 failure(&text)
                     .lines()
@@ -77,7 +71,7 @@ fn marks_stay_in_the_line() {
     let mark = error.lines().last().unwrap_or_default();
     assert_eq!(mark.chars().count(), "8 | ".len() + SHOWN, "{error}");
     // The place is between the two bytes of the line's end.
-    fails("[problem]\r\nkind = \r\n", 2, 8, "", &["not valid TOML"]);
+    fails("[problem]\r\nkind = «»\r\n", &["not valid TOML"]);
     let source = Source {
         name: String::new(),
         text: "aé\r\nb".to_owned(),

@@ -4,7 +4,7 @@ use fredholm_core::Real;
 use nanoexpr::{Error, Evaluator, Instruction, Program};
 use ouroboros::self_referencing;
 
-use crate::{At, Value};
+use super::{At, Value};
 
 /// The most values that a formula may have pending at once.
 const STACK: usize = 32;

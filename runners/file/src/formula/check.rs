@@ -4,8 +4,8 @@ use core::ops::Range;
 
 use nanoexpr::ErrorKind;
 
-use crate::plain::is_word;
-use crate::{Formula, FormulaError, KNOWN, Parameter, Plain, TWO, Variables, is_function};
+use super::plain::is_word;
+use super::{Formula, FormulaError, KNOWN, Parameter, Plain, TWO, Variables, is_function};
 
 /// Names that mean a function elsewhere, and what is written here.
 const ELSEWHERE: [(&str, &str); 24] = [
@@ -71,7 +71,7 @@ pub fn check(text: &str, variables: Variables<'_>) -> Result<(), FormulaError> {
 /// The value of a formula without coordinates.
 ///
 /// ```
-/// use fredholm_formula::constant;
+/// use fredholm_file::formula::constant;
 ///
 /// assert_eq!(constant("3/2 * |-1|", &[]), Ok(1.5));
 /// assert!(constant("1/0", &[]).unwrap_err().message.contains("is inf"));
@@ -274,7 +274,7 @@ pub(crate) struct Name<'t> {
 /// The number of times that a text has a name.
 ///
 /// ```
-/// assert_eq!(fredholm_formula::occurrences("2*a + ab - a", "a"), 2);
+/// assert_eq!(fredholm_file::formula::occurrences("2*a + ab - a", "a"), 2);
 /// ```
 pub fn occurrences(text: &str, name: &str) -> usize {
     names(text).iter().filter(|own| own.text == name).count()
@@ -313,116 +313,105 @@ pub(crate) fn names(text: &str) -> Vec<Name<'_>> {
 #[cfg(test)]
 mod tests {
     use super::check;
-    use crate::{Parameter, Variables};
+    use crate::formula::{Parameter, Variables};
 
-    /// What is marked in a wrong formula, and the message.
-    fn wrong(text: &str, variables: Variables<'_>) -> (String, String) {
-        let Err(error) = check(text, variables) else {
+    /// Demands an error at what stands between « and » in a formula, with these words in the message.
+    fn wrong(marked: &str, variables: Variables<'_>, words: &str) {
+        let text = marked.replace(['«', '»'], "");
+        let Err(error) = check(&text, variables) else {
             panic!("{text} is taken");
         };
-        (text[error.span.clone()].to_owned(), error.message)
+        let (start, end) = (error.span.start, error.span.end);
+        let found = format!("{}«{}»{}", &text[..start], &text[start..end], &text[end..]);
+        assert_eq!(found, marked, "{}", error.message);
+        assert!(error.message.contains(words), "{found}: {}", error.message);
     }
 
-    /// Formulas, what is marked in them, and what the message has.
-    const WRONG: [(&str, &str, &str); 60] = [
-        ("0.5*sin x", "sin", "`sin` is a function: write sin(x)"),
-        ("sin + 1", "sin", "write sin(…)"),
-        ("sin 2*x", "sin", "write sin(2)"),
-        ("exp -x", "exp", "write exp(…)"),
-        ("sin^2(x)", "sin", "write sin(…)^2, not after the name"),
-        ("sin²(x)", "sin", "write sin(…)^2, not after the name"),
-        ("log10", "log10", "write log10(…)"),
+    /// Wrong formulas with their marks, and what the message has.
+    const WRONG: [(&str, &str); 60] = [
+        ("0.5*«sin» x", "`sin` is a function: write sin(x)"),
+        ("«sin» + 1", "write sin(…)"),
+        ("«sin» 2*x", "write sin(2)"),
+        ("«exp» -x", "write exp(…)"),
+        ("«sin»^2(x)", "write sin(…)^2, not after the name"),
+        ("«sin»²(x)", "write sin(…)^2, not after the name"),
+        ("«log10»", "write log10(…)"),
         (
-            "exp(-(x - y)^2",
-            "(",
+            "exp«(»-(x - y)^2",
             "this `(` is not closed: a `)` is missing",
         ),
-        ("exp(-x", "(", "is not closed"),
-        ("(x - y))^2", ")", "this `)` closes nothing"),
+        ("exp«(»-x", "is not closed"),
+        ("(x - y)«)»^2", "this `)` closes nothing"),
         (
-            "if x<y then x else y",
-            "if",
+            "«if» x<y then x else y",
             "a case is written `condition ? a : b`",
         ),
+        ("x «if» x<y else y", "a case is written `condition ? a : b`"),
+        ("«if»(x < y, x, y)", "a case is written `condition ? a : b`"),
+        ("x < y ? 1«»", "`: b` is missing"),
+        ("x < y «:» 1", "a case is written `condition ? a : b`"),
+        ("x > 0 «and» y > 0", "write &&"),
+        ("«not» (x < y)", "write !"),
+        ("x «=» y ? 1 : 0", "a comparison is written =="),
+        ("0 < x «<» y ? 1 : 0", "write a < b && b < c"),
+        ("(x <= y) * (0 ≤ x «≤» 1)", "write a < b && b < c"),
+        ("«|»x - y", "this `|` is not closed"),
+        ("2«|»x - y|", "a product needs its sign, write … * |…|"),
+        ("|x - y| «x»", "write |…| * x"),
+        ("x «&» y", "\"and\" is written &&"),
+        ("«Exp»(-x)", "unknown function `Exp`: write exp"),
+        ("«SIN»(x)", "unknown function `SIN`: write sin"),
+        ("«e1»(x)", "unknown function `e1`: write E1"),
+        ("«j0»(x)", "write J0"),
+        ("«Gamma»(x)", "write gamma"),
+        ("2 * «Pi» * x", "unknown name `Pi`: write pi"),
+        ("«X» + y", "unknown name `X`: write x"),
+        ("x + «y2»", "the coordinates here are x and y"),
         (
-            "x if x<y else y",
-            "if",
-            "a case is written `condition ? a : b`",
-        ),
-        (
-            "if(x < y, x, y)",
-            "if",
-            "a case is written `condition ? a : b`",
-        ),
-        ("x < y ? 1", "", "`: b` is missing"),
-        ("x < y : 1", ":", "a case is written `condition ? a : b`"),
-        ("x > 0 and y > 0", "and", "write &&"),
-        ("not (x < y)", "not", "write !"),
-        ("x = y ? 1 : 0", "=", "a comparison is written =="),
-        ("0 < x < y ? 1 : 0", "<", "write a < b && b < c"),
-        ("(x <= y) * (0 ≤ x ≤ 1)", "≤", "write a < b && b < c"),
-        ("|x - y", "|", "this `|` is not closed"),
-        ("2|x - y|", "|", "a product needs its sign, write … * |…|"),
-        ("|x - y| x", "x", "write |…| * x"),
-        ("x & y", "&", "\"and\" is written &&"),
-        ("Exp(-x)", "Exp", "unknown function `Exp`: write exp"),
-        ("SIN(x)", "SIN", "unknown function `SIN`: write sin"),
-        ("e1(x)", "e1", "unknown function `e1`: write E1"),
-        ("j0(x)", "j0", "write J0"),
-        ("Gamma(x)", "Gamma", "write gamma"),
-        ("2 * Pi * x", "Pi", "unknown name `Pi`: write pi"),
-        ("X + y", "X", "unknown name `X`: write x"),
-        ("x + y2", "y2", "the coordinates here are x and y"),
-        (
-            "exp(i * (x - y))",
-            "i",
+            "exp(«i» * (x - y))",
             "a complex equation is a system of two",
         ),
-        ("arctan(x)", "arctan", "write atan"),
-        ("pow(x, 2)", "pow", "write x^y"),
-        ("log(x)", "log", "write ln or log10"),
-        ("e(-x)", "e", "`e` is a number, not a function"),
-        ("x(1 + y)", "x", "a product needs its sign, write x * (…"),
+        ("«arctan»(x)", "write atan"),
+        ("«pow»(x, 2)", "write x^y"),
+        ("«log»(x)", "write ln or log10"),
+        ("«e»(-x)", "`e` is a number, not a function"),
+        ("«x»(1 + y)", "a product needs its sign, write x * (…"),
         (
-            "x < y ? 1 : foo(x)",
-            "foo",
+            "x < y ? 1 : «foo»(x)",
             "unknown function `foo`; known: numbers, pi",
         ),
-        ("x + z", "z", "the coordinates here are x and y"),
-        ("1 + * x", "*", "a value is missing before it"),
-        ("x +", "", "a value is missing"),
-        ("", "", "a value is missing"),
-        ("0.2x", "x", "write 0.2 * x"),
-        ("0.5 x y", "x", "write 0.5 * x"),
-        ("2(x + y)", "(", "write 2 * (…"),
-        ("(x + y) x", "x", "write …) * x"),
-        ("(x + y)(x - y)", "(", "write …) * (…"),
-        ("0,5 * x", ",", "numbers have a point, 0.5"),
-        ("[x + y]", "[", "parentheses are ( and )"),
-        ("√x", "√", "write sqrt(…)"),
-        ("x $ y", "$", "no sign of formulas"),
-        ("1e999", "1e999", "it is too large"),
-        ("min(x) + 1", "min", "`min` takes 2 arguments, not 1"),
-        ("sin( )", "sin", "`sin` takes 1 argument, not 0"),
-        ("exp (x, y)", "exp", "`exp` takes 1 argument, not 2"),
+        ("x + «z»", "the coordinates here are x and y"),
+        ("1 + «*» x", "a value is missing before it"),
+        ("x +«»", "a value is missing"),
+        ("«»", "a value is missing"),
+        ("0.2«x»", "write 0.2 * x"),
+        ("0.5 «x» y", "write 0.5 * x"),
+        ("2«(»x + y)", "write 2 * (…"),
+        ("(x + y) «x»", "write …) * x"),
+        ("(x + y)«(»x - y)", "write …) * (…"),
+        ("0«,»5 * x", "numbers have a point, 0.5"),
+        ("«[»x + y]", "parentheses are ( and )"),
+        ("«√»x", "write sqrt(…)"),
+        ("x «$» y", "no sign of formulas"),
+        ("«1e999»", "it is too large"),
+        ("«min»(x) + 1", "`min` takes 2 arguments, not 1"),
+        ("«sin»( )", "`sin` takes 1 argument, not 0"),
+        ("«exp» (x, y)", "`exp` takes 1 argument, not 2"),
         // Where no value would show it: in a branch that few points take.
         (
-            "x < 0.1 ? (y < 0.1 ? x : atan2((x), max(x, y), 1)) : 1",
-            "atan2",
+            "x < 0.1 ? (y < 0.1 ? x : «atan2»((x), max(x, y), 1)) : 1",
             "`atan2` takes 2 arguments, not 3",
         ),
         // An operator of the library that is none of ours, and would pass for a coordinate.
-        ("mod", "mod", "written with %"),
-        ("x mod y", "mod", "written with %"),
-        ("x²³^2", "²³", "write this exponent as ^(…)"),
+        ("«mod»", "written with %"),
+        ("x «mod» y", "written with %"),
+        ("x«²³»^2", "write this exponent as ^(…)"),
     ];
 
     #[test]
     fn every_mistake_has_one_message_that_says_what_is_right() {
-        for (text, marked, words) in WRONG {
-            let (found, message) = wrong(text, Variables::FACTOR);
-            assert_eq!(found, marked, "{text}: {message}");
-            assert!(message.contains(words), "{text}: {message}");
+        for (marked, words) in WRONG {
+            wrong(marked, Variables::FACTOR, words);
         }
     }
 
@@ -433,7 +422,7 @@ mod tests {
             ..Variables::FACTOR
         };
         assert!(check("x1 * y2", plane).is_ok());
-        assert!(wrong("x * y", plane).1.contains("x1 to x2"));
+        wrong("«x» * y", plane, "x1 to x2");
         assert!(check("x3", plane).is_err() && check("x0", plane).is_err());
         let one = Variables {
             two: false,
@@ -452,21 +441,15 @@ mod tests {
         };
         assert!(check("a^2 * exp(-k * |x - a|)", named).is_ok());
         assert!(check("a", one).is_err());
-        for (text, marked, words) in [
-            (
-                "b * x",
-                "b",
-                "the coordinates here are x, the parameters a, k",
-            ),
-            ("a x", "x", "write a * x"),
-            ("a(x)", "a", "write a * (…"),
-            ("2a", "a", "write 2 * a"),
-            ("k + + + ", "", "a value is missing"),
-            ("a + foo", "foo", "unknown name `foo`"),
+        for (marked, words) in [
+            ("«b» * x", "the coordinates here are x, the parameters a, k"),
+            ("a «x»", "write a * x"),
+            ("«a»(x)", "write a * (…"),
+            ("2«a»", "write 2 * a"),
+            ("k + + + «»", "a value is missing"),
+            ("a + «foo»", "unknown name `foo`"),
         ] {
-            let (found, message) = wrong(text, named);
-            assert_eq!(found, marked, "{text}: {message}");
-            assert!(message.contains(words), "{text}: {message}");
+            wrong(marked, named, words);
         }
     }
 }

@@ -12,11 +12,11 @@ use fredholm::{Error, Observer};
 use fredholm_core::{Statistics, Tolerance};
 use fredholm_rayon::{BatchStore, Crew, Outcome, Runner, Threads};
 
-use crate::error::FileError;
-use crate::identity::{Header, JobRecord, digest};
-use crate::output::Output;
-use crate::part::{Part, Run, Seconds};
-use crate::share::Share;
+use super::error::FileError;
+use super::identity::{Header, JobRecord, digest};
+use super::output::Output;
+use super::part::{Part, Run, Seconds};
+use super::share::Share;
 
 /// The option of the file.
 const OPTION: &str = "--save";

@@ -14,7 +14,7 @@ const MOST: u64 = 1_000_000;
 ///
 /// ```
 /// use fredholm_core::RunOptions;
-/// use fredholm_parts::Share;
+/// use fredholm_file::parts::Share;
 ///
 /// let share: Share = "2/3".parse()?;
 /// let mut options = RunOptions::new(100_000);
@@ -24,7 +24,7 @@ const MOST: u64 = 1_000_000;
 /// let rest = Share { after: 40_000, ..share };
 /// assert_eq!(rest.batches(&options), 6..8);
 /// assert!("4/3".parse::<Share>().is_err());
-/// # Ok::<(), fredholm_parts::ShareError>(())
+/// # Ok::<(), fredholm_file::parts::ShareError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Share {

@@ -12,10 +12,10 @@ use fredholm::{Discretisation, Error, System};
 use fredholm_core::galerkin::{Convergence, Solution};
 use serde::{Deserialize, Serialize};
 
-use crate::container::Kind;
-use crate::error::FileError;
-use crate::identity::{Header, Named, difference};
-use crate::output::Output;
+use super::container::Kind;
+use super::error::FileError;
+use super::identity::{Header, Named, difference};
+use super::output::Output;
 
 /// The option of a file that is made if it is not there.
 const MAKE: &str = "--save-system";

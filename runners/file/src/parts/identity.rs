@@ -6,7 +6,7 @@ use fredholm::{Discretisation, Settings, VALUE_VERSION, WalkOptions};
 use fredholm_core::DEFAULT_GENERATOR;
 use serde::{Deserialize, Serialize};
 
-use crate::container::checksum;
+use super::container::checksum;
 
 /// Longer values are kept as their checksum.
 const LONG: usize = 500;

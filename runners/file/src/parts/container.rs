@@ -8,7 +8,7 @@ use crc::{CRC_64_XZ, Crc, Table};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use crate::error::FileError;
+use super::error::FileError;
 
 /// CRC-64 as in xz (ECMA-182): it sees every change of up to 64 bits in a row.
 static CRC: Crc<u64, Table<16>> = Crc::<u64, Table<16>>::new(&CRC_64_XZ);

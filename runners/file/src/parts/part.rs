@@ -7,10 +7,10 @@ use std::path::Path;
 use fredholm_core::Statistics;
 use serde::{Deserialize, Serialize};
 
-use crate::container::Kind;
-use crate::error::FileError;
-use crate::identity::{Header, JobRecord};
-use crate::share::Share;
+use super::container::Kind;
+use super::error::FileError;
+use super::identity::{Header, JobRecord};
+use super::share::Share;
 
 pub(crate) const KIND: Kind = Kind {
     magic: b"fredholm part 2        \n",

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use fredholm::report::{Report, Run};
-use fredholm_parts::{Header, Merged};
 
+use super::{Header, Merged};
 use crate::{InputError, ProblemFile, Resolved, read};
 
 impl ProblemFile {

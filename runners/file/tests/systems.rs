@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use fredholm::systems::SystemStore;
 use fredholm::{CubeModel, Solver};
 use fredholm_core::Statistics;
-use fredholm_parts::{Header, SystemContent, SystemFile};
+use fredholm_file::parts::{Header, SystemContent, SystemFile};
 use tempfile::TempDir;
 
 fn header() -> Header {

@@ -11,10 +11,10 @@ use fredholm::{Goal, Model, Observer};
 use fredholm_core::{Batch, Job, NotFinite, RunOptions, Statistics, StopReason, Tolerance};
 use fredholm_rayon::{BatchStore, Crew, Finished, Outcome, Piece, Runner, Work};
 
-use crate::error::FileError;
-use crate::identity::{Header, JobRecord};
-use crate::part::{Batches, Part, Seconds};
-use crate::share::Share;
+use super::error::FileError;
+use super::identity::{Header, JobRecord};
+use super::part::{Batches, Part, Seconds};
+use super::share::Share;
 
 /// The most gaps and parts that are named.
 const NAMED: usize = 20;

@@ -1,8 +1,23 @@
-#![doc = include_str!("../README.md")]
+//! Formulas of kernels, sources and weights on cubes: text that is parsed once and evaluated in the walks.
+//!
+//! A formula has the same bits on every machine, since its functions are those of `libm`.
+//!
+//! ```
+//! use fredholm_file::formula::{Formula, Variables, check};
+//!
+//! let text = "0.5 / (1 + (x - y)^2)";
+//! assert!(check(text, Variables::FACTOR).is_ok());
+//!
+//! let kernel = Formula::new(text, &[]).unwrap();
+//! assert_eq!(kernel.value(&[0.25], &[1.25]), 0.25);
+//!
+//! // An error has a place and says what would be right.
+//! let error = check("0.5 x", Variables::FACTOR).unwrap_err();
+//! assert!(error.message.contains("write 0.5 * x"));
+//! ```
 
 mod check;
 mod compiled;
-mod functions;
 mod plain;
 mod special;
 
@@ -13,7 +28,6 @@ use fredholm_core::Real;
 use nanoexpr::{Context, ErrorKind, Number};
 
 pub use check::{check, constant, occurrences};
-pub use functions::Formulas;
 pub use plain::{Parameter, Plain};
 
 use compiled::Compiled;
@@ -135,7 +149,7 @@ impl Variables<'_> {
 /// Why a name cannot be that of a parameter, if so: it has another meaning in formulas.
 ///
 /// ```
-/// use fredholm_formula::refused_name;
+/// use fredholm_file::formula::refused_name;
 ///
 /// assert!(refused_name("sigma").is_none());
 /// assert!(refused_name("exp").unwrap().contains("a function"));

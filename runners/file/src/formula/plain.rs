@@ -2,7 +2,7 @@
 
 use core::ops::Range;
 
-use crate::FormulaError;
+use super::FormulaError;
 
 /// A number that formulas know by a name.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,7 +31,7 @@ const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷',
 /// The formula that is compiled for one that is typed.
 ///
 /// ```
-/// use fredholm_formula::{Parameter, Plain};
+/// use fredholm_file::formula::{Parameter, Plain};
 ///
 /// let a = Parameter { name: "a".to_owned(), value: -0.5 };
 /// let plain = Plain::new("a·exp(−|x − y|²)", &[a]).unwrap();

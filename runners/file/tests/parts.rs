@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use fredholm::execute::OnThreads;
 use fredholm::{CubeModel, Error, Execute, Sequence, SolveError, Solver};
 use fredholm_core::Statistics;
-use fredholm_parts::{Header, Keeper, Part, Share, merge};
+use fredholm_file::parts::{Header, Keeper, Part, Share, merge};
 use tempfile::TempDir;
 
 const WALKS: u64 = 2000;

@@ -6,7 +6,7 @@ use std::path::Path;
 /// Why a file is refused, or cannot be written.
 ///
 /// ```
-/// use fredholm_parts::Part;
+/// use fredholm_file::parts::Part;
 ///
 /// let error = Part::read("notes.txt".as_ref(), b"buy milk").unwrap_err();
 /// assert_eq!(error.to_string(), "notes.txt: this is no part of a run: its first bytes are others");

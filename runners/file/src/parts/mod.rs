@@ -1,4 +1,4 @@
-#![doc = include_str!("../README.md")]
+#![doc = include_str!("README.md")]
 
 mod container;
 mod error;
@@ -7,6 +7,7 @@ mod keep;
 mod merge;
 pub mod output;
 mod part;
+mod report;
 mod share;
 mod system;
 
@@ -15,5 +16,6 @@ pub use identity::{Header, JobRecord, Named};
 pub use keep::Keeper;
 pub use merge::{Merged, merge};
 pub use part::{Batches, Part, Run, Seconds};
+pub use report::merged;
 pub use share::{Share, ShareError};
 pub use system::{SystemContent, SystemFile};
