@@ -4,8 +4,10 @@ use core::convert::Infallible;
 use core::f64::consts::PI;
 
 use fredholm::{CubeModel, CustomModel, Method, Report, Solver};
-use fredholm_core::galerkin::{Basis, Cells, TransitionMoments};
-use fredholm_core::{Chain, Density, Equation, Located, Space, Uniforms};
+
+use common::Line;
+
+mod common;
 
 /// An equation of which u is known everywhere.
 struct Case {
@@ -221,89 +223,18 @@ fn rows_agree() {
     }
 }
 
-/// u(x) = 15 ∫₀¹ min(x,y) (1 − max(x,y)) u(y) dy + 1.
-struct Green {
-    cells: usize,
-}
-
-impl Space for Green {
-    type Scalar = f64;
-    type Point = f64;
-}
-
-impl Chain for Green {
-    fn step<U: Uniforms<f64>>(&self, _: &f64, uniforms: &mut U) -> Option<f64> {
-        Some(uniforms.uniform())
-    }
-}
-
-impl Density for Green {
-    fn density(&self, _: &f64, _: &f64) -> f64 {
-        1.0
-    }
-}
-
-impl Equation for Green {
-    type Value = f64;
-
-    fn kernel(&self, x: &f64, y: &f64) -> f64 {
-        (CASES[2].kernel)(&[*x], &[*y])
-    }
-
-    fn source<U: Uniforms<f64>>(&self, _: &f64, _: &mut U) -> f64 {
-        1.0
-    }
-}
-
-impl Cells for Green {
-    const DIMENSION: usize = 1;
-
-    fn cells(&self) -> usize {
-        self.cells
-    }
-
-    fn locate(&self, x: &f64) -> usize {
-        ((x * self.cells as f64) as usize).min(self.cells - 1)
-    }
-
-    fn measure(&self, _: usize) -> f64 {
-        1.0 / self.cells as f64
-    }
-
-    fn point(&self, cell: usize, t: &[f64]) -> f64 {
-        (cell as f64 + t[0]) / self.cells as f64
-    }
-
-    fn parameters(&self, x: &Located<f64>, t: &mut [f64]) {
-        t[0] = x.point * self.cells as f64 - x.cell as f64;
-    }
-
-    fn at(&self, coordinates: &[f64]) -> Option<f64> {
-        match *coordinates {
-            [x] if (0.0..=1.0).contains(&x) => Some(x),
-            _ => None,
-        }
-    }
-}
-
-impl<const B: usize> Basis<B> for Green {}
-
-impl<const B: usize> TransitionMoments<B> for Green {
-    fn moments(&self, _: &Located<f64>, _: usize) -> [[f64; B]; B] {
-        let mass = 1.0 / self.cells as f64;
-        core::array::from_fn(|a| core::array::from_fn(|b| if a == b { mass } else { 0.0 }))
-    }
-}
-
 /// The function at any point after the walks, in means and with a weight: bands hold at 200 points together, which one of 20 would not,
 /// and functionals are within 5 standard errors and what the rule of a weight is off.
 #[test]
 fn the_function_is_kept() {
     let exact = CASES[2].solution;
     let weight = |x: &f64| (x - 1.0 / 3.0).abs();
-    let model = CustomModel::from_cells(|cells| Ok::<_, Infallible>(Green { cells }))
-        .with_coordinates([UNIT])
-        .weight("edge", weight);
+    let model = CustomModel::from_cells(|cells| {
+        let kernel = |x, y| (CASES[2].kernel)(&[x], &[y]);
+        Ok::<_, Infallible>(Line(kernel, |_| 1.0, cells))
+    })
+    .with_coordinates([UNIT])
+    .weight("edge", weight);
     let solver = Solver::new(&model).method(Method::Resolvent).cells(20);
     let function = solver.clone().walks(20_000).whole().unwrap();
 

@@ -1,113 +1,27 @@
 //! An equation on an interval with several degrees and pointwise pairs, beside the same as a cube of closures.
 
+use core::convert::Infallible;
+
 use fredholm::{CubeModel, CustomModel, Estimator, Method, Pairs, Solver};
-use fredholm_core::galerkin::{Basis, Cells, PairIntegral, TransitionMoments};
-use fredholm_core::{Chain, Density, Equation, Located, Space, Uniforms};
+use fredholm_core::Located;
+use fredholm_core::galerkin::{Cells, PairIntegral};
+
+use crate::common::Line;
 
 /// u(x) = ½ ∫₀¹ exp(−xy) u(y) dy + 1 + x.
-struct Laplace {
-    cells: usize,
-}
+type Laplace = Line<fn(f64, f64) -> f64, fn(f64) -> f64>;
 
-#[derive(Debug)]
-struct NoCells;
-
-impl core::fmt::Display for NoCells {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str("there must be a cell")
-    }
-}
-
-impl core::error::Error for NoCells {}
-
-impl Laplace {
-    fn new(cells: usize) -> Result<Self, NoCells> {
-        if cells == 0 {
-            return Err(NoCells);
-        }
-        Ok(Self { cells })
-    }
-
-    fn width(&self) -> f64 {
-        1.0 / self.cells as f64
-    }
-}
-
-impl Space for Laplace {
-    type Scalar = f64;
-    type Point = f64;
-}
-
-impl Chain for Laplace {
-    fn step<U: Uniforms<f64>>(&self, _: &f64, uniforms: &mut U) -> Option<f64> {
-        Some(uniforms.uniform())
-    }
-}
-
-impl Density for Laplace {
-    fn density(&self, _: &f64, _: &f64) -> f64 {
-        1.0
-    }
-}
-
-impl Equation for Laplace {
-    type Value = f64;
-
-    fn kernel(&self, x: &f64, y: &f64) -> f64 {
-        0.5 * (-x * y).exp()
-    }
-
-    fn source<U: Uniforms<f64>>(&self, x: &f64, _: &mut U) -> f64 {
-        1.0 + x
-    }
-}
-
-impl Cells for Laplace {
-    const DIMENSION: usize = 1;
-
-    fn cells(&self) -> usize {
-        self.cells
-    }
-
-    fn locate(&self, x: &f64) -> usize {
-        ((x * self.cells as f64) as usize).min(self.cells - 1)
-    }
-
-    fn measure(&self, _: usize) -> f64 {
-        self.width()
-    }
-
-    fn point(&self, cell: usize, t: &[f64]) -> f64 {
-        (cell as f64 + t[0]) * self.width()
-    }
-
-    fn parameters(&self, x: &Located<f64>, t: &mut [f64]) {
-        t[0] = x.point * self.cells as f64 - x.cell as f64;
-    }
-
-    fn at(&self, coordinates: &[f64]) -> Option<f64> {
-        match *coordinates {
-            [x] if (0.0..=1.0).contains(&x) => Some(x),
-            _ => None,
-        }
-    }
-}
-
-impl<const B: usize> Basis<B> for Laplace {}
-
-impl<const B: usize> TransitionMoments<B> for Laplace {
-    fn moments(&self, _: &Located<f64>, _: usize) -> [[f64; B]; B] {
-        let mass = self.width();
-        core::array::from_fn(|a| core::array::from_fn(|b| if a == b { mass } else { 0.0 }))
-    }
+fn laplace(cells: usize) -> Result<Laplace, Infallible> {
+    Ok(Line(|x, y| 0.5 * (-x * y).exp(), |x| 1.0 + x, cells))
 }
 
 impl PairIntegral for Laplace {
     fn pair_integral(&self, x: &Located<f64>, j: usize) -> [f64; 1] {
-        let middle = (j as f64 + 0.5) * self.width();
-        let z = 0.5 * x.point * self.width();
+        let width = self.measure(j);
+        let middle = (j as f64 + 0.5) * width;
+        let z = 0.5 * x.point * width;
         let mean = if z == 0.0 { 1.0 } else { z.sinh() / z };
-        [0.5 * self.width() * (-x.point * middle).exp() * mean]
+        [0.5 * width * (-x.point * middle).exp() * mean]
     }
 }
 
@@ -125,7 +39,7 @@ fn cube() -> CubeModel {
 fn every_degree_is_that_of_the_cube() {
     let (cube, custom) = (
         cube(),
-        CustomModel::from_cells(Laplace::new)
+        CustomModel::from_cells(laplace)
             .with_functions::<2>()
             .with_functions::<3>(),
     );
@@ -158,7 +72,7 @@ fn every_degree_is_that_of_the_cube() {
 
 #[test]
 fn the_choice_takes_a_high_degree_for_a_small_error() {
-    let custom = CustomModel::from_cells(Laplace::new)
+    let custom = CustomModel::from_cells(laplace)
         .by_its_chain()
         .with_functions::<2>()
         .with_functions::<3>();
@@ -173,7 +87,7 @@ fn the_choice_takes_a_high_degree_for_a_small_error() {
 
 #[test]
 fn pointwise_pairs_leave_less_variance() {
-    let custom = CustomModel::from_cells(Laplace::new).with_pair_integrals::<1>();
+    let custom = CustomModel::from_cells(laplace).with_pair_integrals::<1>();
     let with = |pairs| {
         let solver = Solver::new(&custom).at(0.3).mean().cells(8).pairs(pairs);
         let solver = solver.absorption(0.2).estimator(Estimator::Absorption);
