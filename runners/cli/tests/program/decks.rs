@@ -10,16 +10,15 @@ fn decks_are_told_by_their_lines() {
     let deck = "C 1\nG 2\nV 1 0 0\nV 2 1 0\nV 3 1 1\nV 4 0 1\nV 5 0 0.9\nS 1 1 2 0 0 0 0.9 floor\n\
                 S 2 2 3 0 0 0 0.5 right\nS 3 3 4 0 0 0 0.9 top\nS 4 4 5 0 0 0 1.0 left\nEnd of data\n";
     let path = folder.file("gap.vs2", deck);
-    let ran = fredholm(&["factors", &path]);
-    assert_eq!(ran.status, Some(2), "{ran:?}");
-    for word in [
-        "gap.vs2:8:1: ",
-        "set `encl` to 0",
-        "gap of 9.000e-1",
-        "8 | S 1 1 2",
-    ] {
-        assert!(ran.stderr.contains(word), "{word}: {ran:?}");
-    }
+    common::refused(
+        &fredholm(&["factors", &path]),
+        &[
+            "gap.vs2:8:1: ",
+            "set `encl` to 0",
+            "gap of 9.000e-1",
+            "8 | S 1 1 2",
+        ],
+    );
     let file = "[problem]\nkind = 'room'\ndeck = 'gap.vs2'\n[[target]]\nname = 'a'\nover = 'all'\n";
     let ran = folder.solve(file, &[]);
     for word in ["gap.vs2:8:1: ", "`open = true`"] {
