@@ -1,19 +1,27 @@
 //! Scattering on the unit sphere by a chain that prefers its hemisphere.
 
-use core::f64::consts::PI;
+use core::f64::consts::{PI, TAU};
 use core::fmt;
+use core::marker::PhantomData;
 
-use fredholm::sphere::Parameters;
 use fredholm::{CustomModel, Error, Estimator, Model, Pairs, Region, Scalar, SolveError, Solver};
-use fredholm_core::Real;
-use fredholm_sphere::Sphere;
+use fredholm_core::galerkin::{Basis, Cells, TransitionMoments};
+use fredholm_core::global::Stationary;
+use fredholm_core::{Chain, Density, Equation, Located, Real, Space, Uniforms};
 
-const SCATTERING: Parameters = Parameters {
-    albedo: 0.6,
-    asymmetry: 0.3,
-    emission: [1.0, 0.4, 0.0, -0.7],
-    forward: 0.5,
-};
+/// K(x,y) = a (1 + 3g x·y)/4π and F(x) = e₀ + e·x, whose solution is e₀/(1 − a) + e·x/(1 − ag).
+const ALBEDO: f64 = 0.6;
+const ASYMMETRY: f64 = 0.3;
+const EMISSION: [f64; 4] = [1.0, 0.4, 0.0, -0.7];
+/// p(x,y) = (1 + b x₃y₃)/4π.
+const FORWARD: f64 = 0.5;
+
+/// The sphere in bands of equal height and sectors of equal angle.
+struct Scattering<F> {
+    bands: usize,
+    sectors: usize,
+    scalar: PhantomData<F>,
+}
 
 /// No such number of cells.
 #[derive(Debug)]
@@ -27,20 +35,149 @@ impl fmt::Display for Refused {
 
 impl core::error::Error for Refused {}
 
-/// The sphere in as many bands as sectors.
-fn scattering<F: Real>(cells: usize) -> Result<Sphere<F>, Refused> {
-    let bands = cells.isqrt();
-    if bands * bands != cells {
-        return Err(Refused(cells));
+impl<F: Real> Scattering<F> {
+    fn new(cells: usize) -> Result<Self, Refused> {
+        let bands = cells.isqrt();
+        if bands == 0 || bands * bands != cells {
+            return Err(Refused(cells));
+        }
+        Ok(Self {
+            bands,
+            sectors: bands,
+            scalar: PhantomData,
+        })
     }
-    Sphere::new(bands as u32, bands as u32, &SCATTERING).map_err(|_| Refused(cells))
+
+    fn point_of(height: f64, turn: f64) -> [F; 3] {
+        let radius = ((1.0 - height) * (1.0 + height)).sqrt();
+        let (sin, cos) = (TAU * turn).sin_cos();
+        [radius * cos, radius * sin, height].map(F::from_f64)
+    }
 }
 
-fn model() -> CustomModel<Sphere<f64>> {
-    CustomModel::from_cells(scattering::<f64>)
+fn dot<F: Real>(x: &[F; 3], y: &[F; 3]) -> F {
+    x[0] * y[0] + x[1] * y[1] + x[2] * y[2]
+}
+
+fn solution(x: &[f64; 3]) -> f64 {
+    let [e0, e1, e2, e3] = EMISSION;
+    e0 / (1.0 - ALBEDO) + dot(&[e1, e2, e3], x) / (1.0 - ALBEDO * ASYMMETRY)
+}
+
+impl<F: Real> Space for Scattering<F> {
+    type Scalar = F;
+    type Point = [F; 3];
+}
+
+impl<F: Real> Chain for Scattering<F> {
+    fn step<U: Uniforms<F>>(&self, x: &[F; 3], uniforms: &mut U) -> Option<[F; 3]> {
+        // The root h of (h + 1)/2 + c (h² − 1)/4 = u with c = b x₃.
+        let (c, u) = (FORWARD * x[2].to_f64(), uniforms.uniform().to_f64());
+        let e = 2.0 - c - 4.0 * u;
+        let height = (-e / (1.0 + (1.0 - c * e).sqrt())).clamp(-1.0, 1.0);
+        Some(Self::point_of(height, uniforms.uniform().to_f64()))
+    }
+}
+
+impl<F: Real> Density for Scattering<F> {
+    fn density(&self, x: &[F; 3], y: &[F; 3]) -> F {
+        let forward = F::from_f64(FORWARD) * x[2] * y[2];
+        (F::one() + forward) / F::from_f64(4.0 * PI)
+    }
+}
+
+impl<F: Real> Equation for Scattering<F> {
+    type Value = F;
+
+    fn kernel(&self, x: &[F; 3], y: &[F; 3]) -> F {
+        let scattered = F::one() + F::from_f64(3.0 * ASYMMETRY) * dot(x, y);
+        let forward = F::one() + F::from_f64(FORWARD) * x[2] * y[2];
+        F::from_f64(ALBEDO) * scattered / forward
+    }
+
+    fn source<U: Uniforms<F>>(&self, x: &[F; 3], _: &mut U) -> F {
+        let [e0, e1, e2, e3] = EMISSION.map(F::from_f64);
+        e0 + dot(&[e1, e2, e3], x)
+    }
+}
+
+impl<F: Real> Cells for Scattering<F> {
+    const DIMENSION: usize = 2;
+
+    fn cells(&self) -> usize {
+        self.bands * self.sectors
+    }
+
+    fn locate(&self, x: &[F; 3]) -> usize {
+        let [x, y, z] = x.map(|x| x.to_f64());
+        let band = (0.5 * (z + 1.0) * self.bands as f64) as usize;
+        let turn = (y.atan2(x) / TAU).rem_euclid(1.0);
+        let sector = (turn * self.sectors as f64) as usize;
+        band.min(self.bands - 1) * self.sectors + sector.min(self.sectors - 1)
+    }
+
+    fn measure(&self, _: usize) -> f64 {
+        4.0 * PI / self.cells() as f64
+    }
+
+    fn point(&self, cell: usize, t: &[f64]) -> [F; 3] {
+        let (band, sector) = (cell / self.sectors, cell % self.sectors);
+        let height = 2.0 * (band as f64 + t[0]) / self.bands as f64 - 1.0;
+        Self::point_of(height, (sector as f64 + t[1]) / self.sectors as f64)
+    }
+
+    /// Colatitude and azimuth.
+    fn at(&self, coordinates: &[f64]) -> Option<[F; 3]> {
+        match *coordinates {
+            [colatitude, azimuth]
+                if (0.0..=PI).contains(&colatitude) && (0.0..=TAU).contains(&azimuth) =>
+            {
+                Some(Self::point_of(colatitude.cos(), azimuth / TAU))
+            }
+            _ => None,
+        }
+    }
+
+    fn parameters(&self, x: &Located<[F; 3]>, t: &mut [F]) {
+        let [y0, y1, height] = x.point.map(|x| x.to_f64());
+        let turn = (y1.atan2(y0) / TAU).rem_euclid(1.0);
+        let (band, sector) = (x.cell / self.sectors, x.cell % self.sectors);
+        t[0] = F::from_f64(0.5 * (height + 1.0) * self.bands as f64 - band as f64);
+        t[1] = F::from_f64(turn * self.sectors as f64 - sector as f64);
+    }
+}
+
+/// p is symmetric.
+impl<F: Real> Stationary for Scattering<F> {
+    fn start<U: Uniforms<F>>(&self, uniforms: &mut U) -> [F; 3] {
+        let height = 2.0 * uniforms.uniform().to_f64() - 1.0;
+        Self::point_of(height, uniforms.uniform().to_f64())
+    }
+
+    fn start_density(&self, _: &[F; 3]) -> f64 {
+        1.0 / (4.0 * PI)
+    }
+
+    fn is_preserved(&self) -> bool {
+        true
+    }
+}
+
+impl<F: Real> Basis for Scattering<F> {}
+
+impl<F: Real> TransitionMoments for Scattering<F> {
+    fn moments(&self, x: &Located<[F; 3]>, j: usize) -> [[F; 1]; 1] {
+        let middle = 2.0 * ((j / self.sectors) as f64 + 0.5) / self.bands as f64 - 1.0;
+        let forward = F::one() + F::from_f64(FORWARD * middle) * x.point[2];
+        [[forward / F::from_f64(self.cells() as f64)]]
+    }
+}
+
+fn model() -> CustomModel<Scattering<f64>> {
+    CustomModel::from_cells(Scattering::<f64>::new)
         .named("scattering")
         .by_its_chain()
-        .with_solution(|x| SCATTERING.solution(x))
+        .with_solution(solution)
         .weight("height", |x: &[f64; 3]| x[2] / (4.0 * PI))
         .with_coordinates([[0.1, PI - 0.1], [0.0, 6.0]])
 }
@@ -62,7 +199,7 @@ fn what_is_open_is_chosen_and_the_error_is_reached() {
     let report = solver.clone().solve_to(1e-4).unwrap();
     assert_eq!(report.problem, "scattering");
     // ∫ x₃ u dμ/4π = e₃/3 (1 − ag)⁻¹.
-    let exact = SCATTERING.emission[3] / 3.0 / (1.0 - 0.6 * 0.3);
+    let exact = EMISSION[3] / 3.0 / (1.0 - ALBEDO * ASYMMETRY);
     assert!((report.goals[2].exact.unwrap() - exact).abs() < 1e-12);
     for goal in &report.goals {
         assert!(goal.preconditioned.std_error.unwrap() <= 1e-4, "{goal:?}");
@@ -162,10 +299,10 @@ fn walks_in_single_precision_need_the_equation_in_it() {
     };
     let error = asked(&double).unwrap_err();
     assert!(error.to_string().contains("with_f32"), "{error}");
-    let without = model().with_f32(CustomModel::from_cells(scattering::<f32>));
+    let without = model().with_f32(CustomModel::from_cells(Scattering::<f32>::new));
     let error = asked(&without).unwrap_err();
     assert!(error.to_string().contains("the weights"), "{error}");
-    let single = CustomModel::from_cells(scattering::<f32>)
+    let single = CustomModel::from_cells(Scattering::<f32>::new)
         .weight("height", |x: &[f32; 3]| f64::from(x[2]) / (4.0 * PI));
     let both = model().with_f32(single);
     let report = asked(&both).unwrap();
@@ -224,7 +361,7 @@ fn what_the_equation_does_not_have_is_refused() {
 #[test]
 fn one_set_of_walks_gives_the_whole_function() {
     let single = || {
-        CustomModel::from_cells(scattering::<f32>)
+        CustomModel::from_cells(Scattering::<f32>::new)
             .weight("height", |x: &[f32; 3]| f64::from(x[2]) / (4.0 * PI))
     };
     let alone = model().with_f32(single());
