@@ -38,49 +38,34 @@ fn what_cubes_refuse() {
     let of = |problem: &str| cube(problem, "", all);
     // Line 3 is the dimension, 4 the kernel, 5 the source.
     fails(
-        &of("dimension = 7\nkernel = '1'\nsource = '1'"),
-        3,
-        13,
-        "7",
+        &of("dimension = «7»\nkernel = '1'\nsource = '1'"),
         &["from 1 to 6"],
     );
     let kernel = |text: &str| of(&format!("dimension = 2\nkernel = {text}\nsource = '1'"));
     fails(
-        &kernel("'x1 * (y1 + z)'"),
-        4,
-        22,
-        "z",
+        &kernel("'x1 * (y1 + «z»)'"),
         &["unknown name `z`", "x1 to x2 and y1 to y2"],
     );
-    fails(&kernel("'x1 * y3'"), 4, 16, "y3", &["unknown name `y3`"]);
-    fails(&kernel("'x1 * + '"), 4, 18, "'", &["unexpected end"]);
+    fails(&kernel("'x1 * «y3»'"), &["unknown name `y3`"]);
+    fails(&kernel("'x1 * + «'»"), &["unexpected end"]);
     fails(
-        &kernel("'1 + foo(x1)'"),
-        4,
-        15,
-        "foo",
+        &kernel("'1 + «foo»(x1)'"),
         &["unknown function `foo`", "sqrt"],
     );
-    fails(&kernel("'x1 y1'"), 4, 14, "y1", &["unexpected"]);
+    fails(&kernel("'x1 «y1»'"), &["unexpected"]);
     // Where the file spells it with escapes, the whole string is shown.
-    let escaped = r#""x1 \u002B z""#;
-    fails(&kernel(escaped), 4, 10, escaped, &["unknown name `z`"]);
-    fails(&kernel("3"), 4, 10, "3", &["`kernel` must be a string"]);
+    let escaped = r#"«"x1 \u002B z"»"#;
+    fails(&kernel(escaped), &["unknown name `z`"]);
+    fails(&kernel("«3»"), &["`kernel` must be a string"]);
     fails(
-        &of("dimension = 2\nkernel = '1'\nsource = 'y1'"),
-        5,
-        11,
-        "y1",
+        &of("dimension = 2\nkernel = '1'\nsource = '«y1»'"),
         &["coordinates here are x1 to x2"],
     );
     fails(
-        &of("dimension = 2\nkernel = '1'\nkernel_factors = ['1', '1']\nsource = '1'"),
-        5,
-        1,
-        "kernel_factors",
+        &of("dimension = 2\nkernel = '1'\n«kernel_factors» = ['1', '1']\nsource = '1'"),
         &["one of `kernel` and `kernel_factors`"],
     );
-    fails(
+    fails_at(
         &of("dimension = 2\nsource = '1'"),
         1,
         1,
@@ -88,68 +73,38 @@ fn what_cubes_refuse() {
         &["`kernel`", "missing"],
     );
     fails(
-        &of("dimension = 2\nkernel_factors = ['x * y']\nsource = '1'"),
-        4,
-        18,
-        "['x * y']",
+        &of("dimension = 2\nkernel_factors = «['x * y']»\nsource = '1'"),
         &["2 formulas", "not 1"],
     );
     fails(
-        &of("dimension = 2\nkernel_factors = ['x * y', 'x2']\nsource = '1'"),
-        4,
-        29,
-        "x2",
+        &of("dimension = 2\nkernel_factors = ['x * y', '«x2»']\nsource = '1'"),
         &["unknown name `x2`", "x and y"],
     );
     fails(
-        &cube(problem, "[galerkin]\npairs = 'pointwise'", all),
-        7,
-        9,
-        "'pointwise'",
+        &cube(problem, "[galerkin]\npairs = «'pointwise'»", all),
         &["a cube has none"],
     );
     fails(
-        &cube(problem, "[galerkin]\npoints = 6", all),
-        7,
-        10,
-        "6",
+        &cube(problem, "[galerkin]\npoints = «6»", all),
         &["from 1 to 5"],
     );
     let target = |what: &str| cube(problem, "", what);
-    fails(&target("at = 0.5"), 9, 6, "0.5", &["2 coordinates"]);
-    fails(&target("at = [0.5, 1.5]"), 9, 12, "1.5", &["from 0 to 1"]);
-    fails(&target("over = [0, 1]"), 9, 9, "0", &["weight"]);
-    fails(&target("grid = 3"), 9, 8, "3", &["[3, 3]"]);
-    fails(&target("grid = [3, 0]"), 9, 12, "0", &["from 1 to"]);
-    fails(
-        &target("grid = [3]"),
-        9,
-        8,
-        "[3]",
-        &["2 numbers of points", "not 1"],
-    );
-    fails(
-        &target("grid = [500, 500]"),
-        9,
-        8,
-        "[500, 500]",
-        &["100000 points in all"],
-    );
-    fails(
-        &target("at = 'none.csv'"),
-        9,
-        6,
-        "'none.csv'",
-        &["cannot read none.csv"],
-    );
-    fails(&target("weight = 'x'"), 9, 11, "x", &["unknown name `x`"]);
+    fails(&target("at = «0.5»"), &["2 coordinates"]);
+    fails(&target("at = [0.5, «1.5»]"), &["from 0 to 1"]);
+    fails(&target("over = [«0», 1]"), &["weight"]);
+    fails(&target("grid = «3»"), &["[3, 3]"]);
+    fails(&target("grid = [3, «0»]"), &["from 1 to"]);
+    fails(&target("grid = «[3]»"), &["2 numbers of points", "not 1"]);
+    fails(&target("grid = «[500, 500]»"), &["100000 points in all"]);
+    fails(&target("at = «'none.csv'»"), &["cannot read none.csv"]);
+    fails(&target("weight = '«x»'"), &["unknown name `x`"]);
     // And what circles do not have.
-    let text = small(PROBLEM, "points = 2", "", TARGET);
-    fails(&text, 6, 10, "2", &["`points` belongs to cubes"]);
-    let text = small(PROBLEM, "", "", "name = 'a'\nweight = 'x'");
-    fails(&text, 11, 10, "'x'", &["`weight` belongs to cubes"]);
-    let text = small(PROBLEM, "", "", "name = 'a'\nat = [1, 2]");
-    fails(&text, 11, 6, "[1, 2]", &["one angle"]);
+    let text = small(PROBLEM, "points = «2»", "", TARGET);
+    fails(&text, &["`points` belongs to cubes"]);
+    let text = small(PROBLEM, "", "", "name = 'a'\nweight = «'x'»");
+    fails(&text, &["`weight` belongs to cubes"]);
+    let text = small(PROBLEM, "", "", "name = 'a'\nat = «[1, 2]»");
+    fails(&text, &["one angle"]);
 }
 
 #[test]
@@ -166,37 +121,13 @@ fn what_domains_refuse() {
         .of::<kinds::Cube>()
         .and_then(|cube| cube.space.domain.clone());
     assert!(domain.is_some_and(|domain| domain.value[1].value == [0.0, 3.5]));
-    fails(
-        &of("[-1, 1]", all),
-        4,
-        10,
-        "[-1, 1]",
-        &["2 intervals", "not 1"],
-    );
-    fails(&of("[[0, 1], [0]]", all), 4, 19, "[0]", &["two numbers"]);
-    fails(
-        &of("[[0, 1], [2, 1]]", all),
-        4,
-        19,
-        "[2, 1]",
-        &["the lower end first"],
-    );
-    fails(
-        &of("[[0, 1], [2, 2]]", all),
-        4,
-        19,
-        "[2, 2]",
-        &["the lower end first"],
-    );
-    fails(
-        &of("[[0, 1], 'a']", all),
-        4,
-        19,
-        "'a'",
-        &["`domain[1]` must be"],
-    );
-    let outside = of("[[-1, 1], [0, 3.5]]", "at = [-1, 4]");
-    fails(&outside, 10, 11, "4", &["from 0 to 3.5"]);
+    fails(&of("«[-1, 1]»", all), &["2 intervals", "not 1"]);
+    fails(&of("[[0, 1], «[0]»]", all), &["two numbers"]);
+    fails(&of("[[0, 1], «[2, 1]»]", all), &["the lower end first"]);
+    fails(&of("[[0, 1], «[2, 2]»]", all), &["the lower end first"]);
+    fails(&of("[[0, 1], «'a'»]", all), &["`domain[1]` must be"]);
+    let outside = of("[[-1, 1], [0, 3.5]]", "at = [-1, «4»]");
+    fails(&outside, &["from 0 to 3.5"]);
 }
 
 /// Messages of formulas with their places in the file; the others are tested where they are made.
@@ -206,13 +137,13 @@ fn formulas_show_what_is_wrong_in_the_file() {
         let problem = format!("dimension = 1\nkernel = '{text}'\nsource = '1'");
         cube(&problem, "", "at = 0.5")
     };
-    for (text, column, marked, words) in [
-        ("0.5*sin x", 15, "sin", "write sin(x)"),
-        ("0.5*exp(-(x-y)", 18, "(", "not closed"),
-        ("if x<y then 1 else 0", 11, "if", "`condition ? a : b`"),
-        ("|x|² + Exp(y)", 18, "Exp", "write exp"),
+    for (text, words) in [
+        ("0.5*«sin» x", "write sin(x)"),
+        ("0.5*exp«(»-(x-y)", "not closed"),
+        ("«if» x<y then 1 else 0", "`condition ? a : b`"),
+        ("|x|² + «Exp»(y)", "write exp"),
     ] {
-        fails(&kernel(text), 4, column, marked, &[words]);
+        fails(&kernel(text), &[words]);
     }
     for text in ["(x-y)²", "|x-y|", "0.3·|x − y|³"] {
         good(&kernel(text));
@@ -247,64 +178,30 @@ fn parameters_are_numbers_with_names() {
     assert!(file.remarks().is_empty(), "{:?}", file.remarks());
     let unused = good(&of(&all.replace("k = ", "kk = 1\nk = "), weight));
     assert!(unused.remarks()[0].contains("no formula has the parameter `kk`"));
-    // Lines 9 to 12 are the parameters.
-    let bad = |parameters: &str, line, column, marked: &str, words: &str| {
-        fails(&of(parameters, weight), line, column, marked, &[words]);
-    };
-    bad(
-        &all.replace("tau", "sin"),
-        9,
-        1,
-        "sin",
-        "`sin` is a function of formulas",
-    );
-    bad(
-        &all.replace("tau", "E1"),
-        9,
-        1,
-        "E1",
-        "`E1` is a function of formulas",
-    );
-    bad(
-        &all.replace("tau", "x2"),
-        9,
-        1,
-        "x2",
-        "`x2` is a coordinate",
-    );
-    bad(&all.replace("tau", "pi"), 9, 1, "pi", "`pi` is a constant");
-    bad(&all.replace("tau", "1a"), 9, 1, "1a", "no digit first");
-    bad(
-        &all.replace("tau = 2", "tau = [2]"),
-        9,
-        7,
-        "[2]",
-        "`tau` must be a number",
-    );
-    bad(&all.replace("tau = 2", "tau = nan"), 9, 7, "nan", "finite");
-    bad(
-        &all.replace("tau = 2", "tau = '1/0'"),
-        9,
-        8,
-        "1/0",
-        "this is inf",
-    );
-    bad(
-        &all.replace("tau = 2", "tau = '2*k'"),
-        9,
-        10,
-        "k",
-        "unknown name `k`; there are no coordinates here",
-    );
-    bad(
-        &all.replace("a = 0.25", "b = 1"),
-        5,
-        11,
-        "a",
-        "the parameters tau, b, k, L",
-    );
-    let wrong = of(all, "at = 4");
-    fails(&wrong, 16, 6, "4", &["from -3.14159"]);
+    for (name, words) in [
+        ("sin", "`sin` is a function of formulas"),
+        ("E1", "`E1` is a function of formulas"),
+        ("x2", "`x2` is a coordinate"),
+        ("pi", "`pi` is a constant"),
+        ("1a", "no digit first"),
+    ] {
+        let parameters = all.replace("tau", name);
+        let parameters = parameters.replacen(name, &format!("«{name}»"), 1);
+        fails(&of(&parameters, weight), &[words]);
+    }
+    for (to, words) in [
+        ("«[2]»", "`tau` must be a number"),
+        ("«nan»", "finite"),
+        ("'«1/0»'", "this is inf"),
+        ("'2*«k»'", "unknown name `k`; there are no coordinates here"),
+    ] {
+        let parameters = all.replace("tau = 2", &format!("tau = {to}"));
+        fails(&of(&parameters, weight), &[words]);
+    }
+    let without = of(&all.replace("a = 0.25", "b = 1"), weight);
+    fails_at(&without, 5, 11, "a", &["the parameters tau, b, k, L"]);
+    let wrong = of(all, "at = «4»");
+    fails(&wrong, &["from -3.14159"]);
 }
 
 #[test]
@@ -320,50 +217,17 @@ fn domains_have_infinite_ends() {
         good(&of(domain, "at = [-1e6, 2]"));
     }
     let half = "[[0, 1], [0, inf]]";
-    for (domain, column, marked) in [
-        ("[[0, 1], [inf, 0]]", 19, "[inf, 0]"),
-        ("[[0, 1], [inf, inf]]", 19, "[inf, inf]"),
-        ("[[0, 1], [-inf, -inf]]", 19, "[-inf, -inf]"),
-    ] {
-        fails(
-            &of(domain, weight),
-            4,
-            column,
-            marked,
-            &["the lower end first"],
-        );
+    for domain in ["«[inf, 0]»", "«[inf, inf]»", "«[-inf, -inf]»"] {
+        let domain = format!("[[0, 1], {domain}]");
+        fails(&of(&domain, weight), &["the lower end first"]);
     }
-    fails(&of("[[0, 1], [0, nan]]", weight), 4, 23, "nan", &["finite"]);
-    fails(
-        &of("[[0, 1], [0, 'a']]", weight),
-        4,
-        24,
-        "a",
-        &["unknown name `a`"],
-    );
-    fails(
-        &of(half, "at = [0.5, -1]"),
-        10,
-        12,
-        "-1",
-        &["from 0 to inf"],
-    );
-    fails(&of(half, "at = [0.5, inf]"), 10, 12, "inf", &["finite"]);
-    fails(
-        &of(half, "grid = [3, 4]"),
-        10,
-        12,
-        "4",
-        &["no equally spaced points"],
-    );
-    let single = of("[[0, 1], [-1e300, inf]]", weight) + "[walk]\nscalar = 'f32'\n";
-    fails(
-        &single,
-        4,
-        19,
-        "[-1e300, inf]",
-        &["too long for the scalar"],
-    );
+    fails(&of("[[0, 1], [0, «nan»]]", weight), &["finite"]);
+    fails(&of("[[0, 1], [0, '«a»']]", weight), &["unknown name `a`"]);
+    fails(&of(half, "at = [0.5, «-1»]"), &["from 0 to inf"]);
+    fails(&of(half, "at = [0.5, «inf»]"), &["finite"]);
+    fails(&of(half, "grid = [3, «4»]"), &["no equally spaced points"]);
+    let single = of("[[0, 1], «[-1e300, inf]»]", weight) + "[walk]\nscalar = 'f32'\n";
+    fails(&single, &["too long for the scalar"]);
     let mean = file_error(&of(half, "over = 'all'"));
     assert!(mean.contains("an infinite domain has no mean"), "{mean}");
 }
@@ -392,14 +256,8 @@ fn edges_end_cells() {
         let value = report.solve().unwrap()[0].value();
         assert!((value - 1.002).abs() < 1e-12, "{value}");
     }
-    fails(&file("[2]", ""), 5, 10, "2", &["between 0 and 2"]);
-    fails(&file("[[1], [1]]", ""), 5, 9, "[[1], [1]]", &["1 lists"]);
-    fails(&file("['a']", ""), 5, 11, "a", &["unknown name"]);
-    fails(
-        &file("[1]", "method = 'walks'"),
-        9,
-        10,
-        "'walks'",
-        &["`edges`"],
-    );
+    fails(&file("[«2»]", ""), &["between 0 and 2"]);
+    fails(&file("«[[1], [1]]»", ""), &["1 lists"]);
+    fails(&file("['«a»']", ""), &["unknown name"]);
+    fails(&file("[1]", "method = «'walks'»"), &["`edges`"]);
 }

@@ -81,9 +81,23 @@ fn failure(text: &str) -> String {
     }
 }
 
-/// Demands an error at this place, with this under the mark and these words
-/// in the message.
-fn fails(text: &str, line: usize, column: usize, marked: &str, words: &[&str]) {
+/// Demands an error at what stands between « and », with these words in the message.
+fn fails(text: &str, words: &[&str]) {
+    let (before, rest) = text.split_once('«').expect("a place");
+    let (marked, after) = rest.split_once('»').expect("its end");
+    let line = before.matches('\n').count() + 1;
+    let column = before.chars().rev().take_while(|&c| c != '\n').count() + 1;
+    fails_at(
+        &[before, marked, after].concat(),
+        line,
+        column,
+        marked,
+        words,
+    );
+}
+
+/// As [`fails`], of a text that says nothing of the place.
+fn fails_at(text: &str, line: usize, column: usize, marked: &str, words: &[&str]) {
     let error = failure(text);
     let place = format!("t.toml:{line}:{column}: ");
     assert!(error.starts_with(&place), "wanted {place} in\n{error}");

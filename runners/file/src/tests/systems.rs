@@ -28,96 +28,43 @@ fn what_systems_refuse() {
     );
     let of = |first: &str| system(first, KERNEL, target);
     let asked = |target: &str| system(KERNEL, KERNEL, target);
-    fails(
-        &of("kernel = ['0']"),
-        6,
-        10,
-        "['0']",
-        &["must have 2 formulas", "not 1"],
-    );
-    fails(&of("kernel = '0'"), 6, 10, "'0'", &["an array of strings"]);
-    fails(
-        &of("kernel = ['0', '2 z']"),
-        6,
-        19,
-        "z",
-        &["unknown name `z`"],
-    );
-    fails(
-        &of("kernel = ['0', '2']\nsolution = 'x'"),
-        11,
-        10,
-        "'x'",
-        &["a `solution` is missing"],
-    );
-    fails(
+    fails(&of("kernel = «['0']»"), &["must have 2 formulas", "not 1"]);
+    fails(&of("kernel = «'0'»"), &["an array of strings"]);
+    fails(&of("kernel = ['0', '2 «z»']"), &["unknown name `z`"]);
+    let without = of("kernel = ['0', '2']\nsolution = 'x'");
+    fails_at(&without, 11, 10, "'x'", &["a `solution` is missing"]);
+    fails_at(
         &asked("at = 0.5"),
         12,
         8,
         "'a'",
         &["needs its `component`", "from 1 to 2"],
     );
+    fails(&asked("component = «3»\nat = 0.5"), &["from 1 to 2"]);
+    fails(&asked("component = 1\nat = «1.5»"), &["from 0 to 1"]);
+    fails(&asked("component = 1\nat = «[0, 0]»"), &["1 coordinate"]);
     fails(
-        &asked("component = 3\nat = 0.5"),
-        13,
-        13,
-        "3",
-        &["from 1 to 2"],
-    );
-    fails(
-        &asked("component = 1\nat = 1.5"),
-        14,
-        6,
-        "1.5",
-        &["from 0 to 1"],
-    );
-    fails(
-        &asked("component = 1\nat = [0, 0]"),
-        14,
-        6,
-        "[0, 0]",
-        &["1 coordinate"],
-    );
-    fails(
-        &asked("component = 1\nover = 'floor'"),
-        14,
-        8,
-        "'floor'",
+        &asked("component = 1\nover = «'floor'»"),
         &["part of a system", "`weight`"],
     );
     fails(
-        &asked("component = 1\ngrid = [5, 5]"),
-        14,
-        8,
-        "[5, 5]",
+        &asked("component = 1\ngrid = «[5, 5]»"),
         &["must have 1 numbers of points"],
     );
     fails(
-        &asked("component = 1\nweight = 'y'"),
-        14,
-        11,
-        "y",
+        &asked("component = 1\nweight = '«y»'"),
         &["unknown name `y`"],
     );
     let text = asked(target);
-    let bad = |from: &str, to: &str, line, column, marked: &str, words: &str| {
-        fails(&text.replacen(from, to, 1), line, column, marked, &[words]);
-    };
-    bad("dimension = 1", "dimension = 4", 3, 13, "4", "from 1 to 3");
-    bad(
-        "[[target]]",
-        "[walk]\nscalar = 'f32'\n[[target]]",
-        12,
-        10,
-        "'f32'",
-        "in f64",
-    );
-    let none =
-        "[problem]\nkind = 'system'\ndimension = 1\nequation = []\n[[target]]\nname = 'a'\nat = 0";
-    fails(none, 4, 12, "[]", &["from 1 to 64 equations"]);
+    let wrong = text.replacen("dimension = 1", "dimension = «4»", 1);
+    fails(&wrong, &["from 1 to 3"]);
+    let narrow = "[walk]\nscalar = «'f32'»\n[[target]]";
+    fails(&text.replacen("[[target]]", narrow, 1), &["in f64"]);
+    let none = "[problem]\nkind = 'system'\ndimension = 1\nequation = «[]»\n[[target]]\nname = 'a'\nat = 0";
+    fails(none, &["from 1 to 64 equations"]);
     // And what others do not have.
-    let cube = "[problem]\nkind = 'cube'\ndimension = 1\nkernel = '1'\nsource = '1'\n[[target]]\nname = 'a'\ncomponent = 1\nat = 0";
-    fails(cube, 8, 13, "1", &["`component` belongs to systems"]);
+    let cube = "[problem]\nkind = 'cube'\ndimension = 1\nkernel = '1'\nsource = '1'\n[[target]]\nname = 'a'\ncomponent = «1»\nat = 0";
+    fails(cube, &["`component` belongs to systems"]);
 }
 
 /// What each target of a system may be, on a half line, by either method: u = 1/(1 + x)² from v, and v = e^-x from u.
@@ -142,10 +89,7 @@ fn targets_are_those_of_a_cube() {
         "{refused}"
     );
     fails(
-        &text.replacen("at = 0.5", "grid = 3", 1),
-        16,
-        8,
-        "3",
+        &text.replacen("at = 0.5", "grid = «3»", 1),
         &["no equally spaced points"],
     );
     let line = text.replacen("[0, inf]", "[0, 1]", 1);

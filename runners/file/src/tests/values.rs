@@ -9,41 +9,23 @@ fn reflectance_and_emission() {
         small(&problem, "", "", TARGET)
     };
     for number in ["nan", "-inf", "+inf"] {
-        let array = format!("[0, {number}]");
+        let number = format!("«{number}»");
         let words = ["`reflectance[1]` must be a finite number"];
-        fails(&text(&array, "1"), 3, 19, number, &words);
+        fails(&text(&format!("[0, {number}]"), "1"), &words);
         let words = ["`emission` must be a finite number"];
-        fails(&text("0", number), 4, 12, number, &words);
+        fails(&text("0", &number), &words);
     }
-    fails(
-        &text("[]", "1"),
-        3,
-        15,
-        "[]",
-        &["`reflectance`", "at least one"],
-    );
-    fails(
-        &text("0", "[]"),
-        4,
-        12,
-        "[]",
-        &["`emission`", "at least one"],
-    );
+    fails(&text("«[]»", "1"), &["`reflectance`", "at least one"]);
+    fails(&text("0", "«[]»"), &["`emission`", "at least one"]);
     let words = [
         "at least 0 and less than 1",
         "series of reflections converge",
     ];
-    fails(&text("[0.5, 1]", "1"), 3, 21, "1", &words);
-    fails(&text("1.0", "1"), 3, 15, "1.0", &words);
-    fails(&text("-0.1", "1"), 3, 15, "-0.1", &words);
-    let harmonic = "{ constant = 1, amplitude = 1, frequency = 0 }";
-    fails(
-        &text("0", harmonic),
-        4,
-        55,
-        "0",
-        &["`frequency` must be at least 1"],
-    );
+    fails(&text("[0.5, «1»]", "1"), &words);
+    fails(&text("«1.0»", "1"), &words);
+    fails(&text("«-0.1»", "1"), &words);
+    let harmonic = "{ constant = 1, amplitude = 1, frequency = «0» }";
+    fails(&text("0", harmonic), &["`frequency` must be at least 1"]);
 }
 
 #[test]
@@ -51,22 +33,19 @@ fn cells() {
     let text = |galerkin: &str| small(PROBLEM, galerkin, "", TARGET);
     good(&text("cells = 6"));
     let words = ["the 2 arcs of `reflectance` and of the 3 arcs of `emission`"];
-    fails(&text("cells = 10"), 6, 9, "10", &words);
-    fails(&text("cells = 10"), 6, 9, "10", &["nearest: 6 or 12"]);
+    fails(&text("cells = «10»"), &words);
+    fails(&text("cells = «10»"), &["nearest: 6 or 12"]);
     assert!(failure(&text("cells = 1")).contains("nearest: 6\n"));
     assert!(failure(&text("cells = 100000000")).contains("nearest: 99999996\n"));
-    fails(&text("cells = 0"), 6, 9, "0", &["at least 1"]);
-    fails(&text("cells = 100000001"), 6, 9, "100000001", &["memory"]);
+    fails(&text("cells = «0»"), &["at least 1"]);
+    fails(&text("cells = «100000001»"), &["memory"]);
     fails(
-        &text("degree = 5"),
-        6,
-        10,
-        "5",
+        &text("degree = «5»"),
         &["`degree` must be from 0 to 4 on a circle"],
     );
-    let harmonic = FULL.replace("1_000", "7");
+    let harmonic = FULL.replace("1_000", "«7»");
     let words = ["multiple of the 2 arcs of `reflectance`; nearest: 6 or 8"];
-    fails(&harmonic, 8, 9, "7", &words);
+    fails(&harmonic, &words);
     // Two coprime numbers of arcs leave no number of cells.
     let zeros = |n| vec!["0"; n].join(",");
     let problem = format!(
@@ -84,33 +63,15 @@ fn cells() {
 #[test]
 fn walk_ranges() {
     let text = |walk: &str| small(PROBLEM, "", walk, TARGET);
-    fails(
-        &text("absorption = 0"),
-        8,
-        14,
-        "0",
-        &["more than 0", "less than 1"],
-    );
-    fails(
-        &text("absorption = 1"),
-        8,
-        14,
-        "1",
-        &["more than 0", "less than 1"],
-    );
-    fails(&text("batch = 0"), 8, 9, "0", &["from 1 to 1000000000"]);
-    fails(
-        &text("batch = 1000000001"),
-        8,
-        9,
-        "1000000001",
-        &["from 1 to"],
-    );
-    fails(&text("target_error = 0.0"), 8, 16, "0.0", &["more than 0"]);
-    fails(&text("target_error = -1"), 8, 16, "-1", &["more than 0"]);
+    fails(&text("absorption = «0»"), &["more than 0", "less than 1"]);
+    fails(&text("absorption = «1»"), &["more than 0", "less than 1"]);
+    fails(&text("batch = «0»"), &["from 1 to 1000000000"]);
+    fails(&text("batch = «1000000001»"), &["from 1 to"]);
+    fails(&text("target_error = «0.0»"), &["more than 0"]);
+    fails(&text("target_error = «-1»"), &["more than 0"]);
     for value in ["true", "false"] {
         let words = ["does nothing without a `target_error`"];
-        fails(&text(&format!("relative = {value}")), 8, 12, value, &words);
+        fails(&text(&format!("relative = «{value}»")), &words);
     }
     good(&text("relative = false\ntarget_error = 1"));
 }
@@ -119,51 +80,34 @@ fn walk_ranges() {
 fn targets() {
     let text = |target: &str| small(PROBLEM, "", "", target);
     let none = text("").replace("[[target]]\n", "");
-    fails(&none, 10, 1, "", &["at least one `[[target]]`"]);
-    let none = format!("target = []\n{none}");
-    fails(&none, 1, 10, "[]", &["at least one `[[target]]`"]);
-    let two = text("name = 'a'\nat = 1\n[[target]]\nname = \"a\"\nat = 2");
+    fails_at(&none, 10, 1, "", &["at least one `[[target]]`"]);
+    let none = format!("target = «[]»\n{none}");
+    fails(&none, &["at least one `[[target]]`"]);
+    let two = text("name = 'a'\nat = 1\n[[target]]\nname = «\"a\"»\nat = 2");
     let words = ["a second target named \"a\"; the first is on line 10"];
-    fails(&two, 13, 8, "\"a\"", &words);
-    fails(
-        &text("name = ' '\nat = 1"),
-        10,
-        8,
-        "' '",
-        &["must not be empty"],
-    );
+    fails(&two, &words);
+    fails(&text("name = «' '»\nat = 1"), &["must not be empty"]);
     for angle in ["-0.1", "6.2832", "7"] {
-        let target = format!("name = 'a'\nat = {angle}");
-        fails(&text(&target), 11, 6, angle, &["less than 2 pi = 6.28318"]);
+        let target = format!("name = 'a'\nat = «{angle}»");
+        fails(&text(&target), &["less than 2 pi = 6.28318"]);
     }
     let words = ["target \"a\" has both `grid` and `at`"];
-    fails(&text("name = 'a'\ngrid = 3\nat = 0"), 12, 1, "at", &words);
+    fails(&text("name = 'a'\ngrid = 3\n«at» = 0"), &words);
     let words = [
         "target \"a\" does not say what to compute",
         "`over = \"all\"`",
     ];
-    fails(&text("name = 'a'"), 9, 1, "[[target]]", &words);
-    fails(
-        &text("name = 'a'\ngrid = 0"),
-        11,
-        8,
-        "0",
-        &["from 1 to 100000"],
-    );
-    fails(
-        &text("name = 'a'\ngrid = 100001"),
-        11,
-        8,
-        "100001",
-        &["100000"],
-    );
+    let silent = text("name = 'a'").replace("[[target]]", "«[[target]]»");
+    fails(&silent, &words);
+    fails(&text("name = 'a'\ngrid = «0»"), &["from 1 to 100000"]);
+    fails(&text("name = 'a'\ngrid = «100001»"), &["100000"]);
     let over = |over: &str| text(&format!("name = 'a'\nover = {over}"));
     good(&over("[0, 6.283185307179586]"));
-    fails(&over("[0, 7]"), 11, 12, "7", &["from 0 to 2 pi"]);
-    fails(&over("[-1, 2]"), 11, 9, "-1", &["from 0 to 2 pi"]);
-    fails(&over("[2, 2]"), 11, 12, "2", &["more than the first"]);
-    fails(&over("[2]"), 11, 8, "[2]", &["\"all\", two angles"]);
-    fails(&over("'half'"), 11, 8, "'half'", &["or two angles"]);
+    fails(&over("[0, «7»]"), &["from 0 to 2 pi"]);
+    fails(&over("[«-1», 2]"), &["from 0 to 2 pi"]);
+    fails(&over("[2, «2»]"), &["more than the first"]);
+    fails(&over("«[2]»"), &["\"all\", two angles"]);
+    fails(&over("«'half'»"), &["or two angles"]);
 }
 
 #[test]
