@@ -2,7 +2,6 @@
 
 pub mod circle;
 mod cores;
-pub mod counted;
 pub mod cube;
 pub mod device;
 pub mod device_tables;

@@ -21,7 +21,7 @@ struct Kind {
 }
 
 fn kinds() -> [Kind; 6] {
-    let own = Line(|x: f64, y: f64| 0.5 * x * y, |x: f64| x);
+    let own = Line(|x: f64, y: f64| 0.5 * x * y, |x: f64| x, 1);
     let wave = Harmonic {
         constant: 5.0,
         amplitude: 1.0,

@@ -379,6 +379,7 @@ fn by_coarse([cells, coarse]: [usize; 2], seed: u64) -> [f64; 2] {
     let step = Line(
         |x: f64, y: f64| 1.5 * x * y,
         |x: f64| f64::from(u8::from(x > 0.4)),
+        1,
     );
     let grid = |cells| Grid::new(step, &[], cells);
     let cut = cut_of(grid(cells), &Values, 0, Some((grid(coarse), 0))).unwrap();

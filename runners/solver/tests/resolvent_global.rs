@@ -5,7 +5,7 @@ use core::f64::consts::PI;
 
 use fredholm::{CubeModel, CustomModel, Method, Report, Solver};
 
-use common::Interval;
+use common::Line;
 
 mod common;
 
@@ -242,14 +242,12 @@ fn rows_agree() {
 fn the_function_is_kept() {
     let exact = CASES[2].solution;
     let weight = |x: &f64| (x - 1.0 / 3.0).abs();
-    let green = |cells| Interval {
-        cells,
-        kernel: |x, y| (CASES[2].kernel)(&[x], &[y]),
-        source: |_| 1.0,
-    };
-    let model = CustomModel::from_cells(move |cells| Ok::<_, Infallible>(green(cells)))
-        .with_coordinates([UNIT])
-        .weight("edge", weight);
+    let model = CustomModel::from_cells(|cells| {
+        let kernel = |x, y| (CASES[2].kernel)(&[x], &[y]);
+        Ok::<_, Infallible>(Line(kernel, |_| 1.0, cells))
+    })
+    .with_coordinates([UNIT])
+    .weight("edge", weight);
     let solver = Solver::new(&model).method(Method::Resolvent).cells(20);
     let function = solver.clone().walks(20_000).whole().unwrap();
 

@@ -29,4 +29,3 @@ mod template;
 mod toy;
 mod variance;
 mod variance_quantities;
-mod work;

@@ -44,7 +44,7 @@ fn published_tables() {
     for published in published() {
         let (table, n, _) = table(&published.drawing);
         let row = &table[published.row * n..];
-        for (found, expected) in row.iter().zip(published.factors) {
+        for (found, expected) in row.iter().zip(&published.factors) {
             close(*found, *expected, published.accuracy);
         }
     }

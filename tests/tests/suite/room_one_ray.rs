@@ -1,12 +1,10 @@
 //! The neighbour equation of rooms whose G takes one ray, in a family of random rooms: its mean, its variance, and what is
 //! left of the variance of walks.
 
-use fredholm_core::{
-    Goal, Located, Neighbour, RngUniforms, Space, Uniforms, WalkOptions, WalkSeeds,
-};
+use fredholm_core::{Goal, Located, RngUniforms, Uniforms, WalkOptions, WalkSeeds};
 use fredholm_room::{Grading, MeanOver, Room};
-use fredholm_tests::check::{long, neighbour_equation};
-use fredholm_tests::room::{AnyNeighbour, Setup, Way, described, furnished};
+use fredholm_tests::check::long;
+use fredholm_tests::room::{AnyNeighbour, Setup, Way};
 use fredholm_tests::run;
 
 /// Random rooms. Rules and constants of the neighbour equation were looked at on other seeds than 100 and above.
@@ -75,79 +73,4 @@ fn variance(room: &Room<'_, f64>, neighbour: &AnyNeighbour<'_, f64>, v: &[f64]) 
     let [wide, narrow] = [plain, best].map(|estimate| estimate.std_error.unwrap());
     assert!((plain.estimate - best.estimate).abs() < 4.9 * wide);
     narrow * narrow * 20_000.0
-}
-
-/// What is wrong with a G that takes one ray.
-#[derive(Clone, Copy, Debug)]
-enum Fault {
-    Nothing,
-    /// The integral of the control of T_K v is 1 % too large.
-    Control,
-    /// Of all boxes and places in them those of the middle are drawn, always.
-    Draws,
-}
-
-/// The G of rays with a fault.
-struct Faulty<'n, N: ?Sized>(&'n N, Fault);
-
-/// One number again and again.
-struct Same;
-
-impl Uniforms<f64> for Same {
-    fn uniform(&mut self) -> f64 {
-        0.5
-    }
-}
-
-impl<N: Neighbour<Scalar = f64, Value = f64> + ?Sized> Space for Faulty<'_, N> {
-    type Scalar = f64;
-    type Point = N::Point;
-}
-
-impl<N: Neighbour<Scalar = f64, Value = f64> + ?Sized> Neighbour for Faulty<'_, N> {
-    type Value = f64;
-
-    fn locate(&self, x: N::Point) -> Located<N::Point> {
-        self.0.locate(x)
-    }
-    fn kernel(&self, x: &Located<N::Point>, y: &Located<N::Point>, k: &f64) -> f64 {
-        self.0.kernel(x, y, k)
-    }
-    fn source(&self, x: &Located<N::Point>, draws: &mut dyn Uniforms<f64>) -> f64 {
-        match self.1 {
-            Fault::Nothing => self.0.source(x, draws),
-            // T_K v = v − G.
-            Fault::Control => {
-                let g = self.0.source(x, draws);
-                g - 0.01 * (self.0.value(x) - g)
-            }
-            Fault::Draws => self.0.source(x, &mut Same),
-        }
-    }
-    fn value(&self, x: &Located<N::Point>) -> f64 {
-        self.0.value(x)
-    }
-}
-
-/// The kit finds a control whose integral is wrong, and draws that are none.
-#[test]
-fn the_kit_finds_a_broken_ray() {
-    const CELLS: usize = 60;
-    let drawing = furnished();
-    let setup = Setup::new::<f64>(&drawing, CELLS, Grading::default()).unwrap();
-    described::<f64, _>(&drawing, CELLS, 1.0, |described| {
-        setup.with::<f64, _>(Way::Rays, |_, rays, _| {
-            for fault in [Fault::Nothing, Fault::Control, Fault::Draws] {
-                for seed in [1, 2, 3] {
-                    let outcome = neighbour_equation(described, &Faulty(rays, fault), seed);
-                    let is_sound = matches!(fault, Fault::Nothing);
-                    assert_eq!(
-                        outcome.passed(),
-                        is_sound,
-                        "{fault:?}, seed {seed}: {outcome:?}"
-                    );
-                }
-            }
-        });
-    });
 }

@@ -11,7 +11,7 @@ use fredholm_core::{
 };
 use fredholm_scene::{
     Air, Beam, CellTables, Cells, Enclosure, Facing, Irradiance, Material, Mean, Point, Polygon,
-    Radiosity, Scene, SceneError, Surface, Tables, Tint, areas, form_factor_of_point, shapes,
+    Radiosity, Scene, SceneError, Tables, Tint, areas, form_factor_of_point, shapes,
 };
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
@@ -22,7 +22,7 @@ mod common;
 mod skylight;
 mod solutions;
 mod starts;
-use common::{Surfaces, closed_scenes};
+use common::{Surfaces, closed_scenes, scene_with};
 
 /// Most standard errors that any of the thousand estimates of this file may be off.
 const STANDARD_ERRORS: f64 = 4.9;
@@ -50,25 +50,7 @@ const GREY: Material = Material {
 
 /// A scene, with a material for every surface.
 fn scene<F: Real>(surfaces: &Surfaces, material: impl Fn(usize) -> Material) -> Scene {
-    enclosed::<F>(surfaces, material, Enclosure::Closed)
-}
-
-/// A scene that is closed or open.
-fn enclosed<F: Real>(
-    surfaces: &Surfaces,
-    material: impl Fn(usize) -> Material,
-    enclosure: Enclosure,
-) -> Scene {
-    let materials: Vec<[Material; 1]> = (0..surfaces.len()).map(|s| [material(s)]).collect();
-    let all: Vec<Surface<'_>> = surfaces
-        .iter()
-        .zip(&materials)
-        .map(|(polygons, materials)| Surface {
-            polygons,
-            materials,
-        })
-        .collect();
-    Scene::new::<F>(&all, enclosure).unwrap()
+    scene_with::<F>(surfaces, material, Enclosure::Closed).unwrap()
 }
 
 /// What walks in a scene need, and the faces over which means are taken.
@@ -488,7 +470,7 @@ fn irradiance_of_what_is_open() {
         reflectance: 0.0,
         emission: [0.0, 1.0][s],
     };
-    let scene = enclosed::<f64>(&plates[..2].to_vec(), light, Enclosure::Open);
+    let scene = scene_with::<f64>(&plates[..2].to_vec(), light, Enclosure::Open).unwrap();
     let place = Place::<f64>::new(&scene, 8);
     let radiosity = place.radiosity();
     let x = [0.2, 0.4, 0.0];
@@ -522,7 +504,7 @@ fn refusals() {
         assert!(radiosity.at(face, at).is_err());
     }
     let triangle = Polygon::Triangle([[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
-    let other = enclosed::<f64>(&vec![vec![triangle]], black, Enclosure::Open);
+    let other = scene_with::<f64>(&vec![vec![triangle]], black, Enclosure::Open).unwrap();
     let of_other = Cells::new(&other, 6).unwrap();
     assert!(Radiosity::new(geometry, &of_other).is_err());
     let no_sky = CellTables {

@@ -12,8 +12,8 @@ fn open<F: Real>(
     material: impl Fn(usize) -> Material,
     sky: SkyLight,
 ) -> Scene {
-    let scene = enclosed::<F>(surfaces, material, Enclosure::Open);
-    scene.with_sky(sky).unwrap()
+    let scene = scene_with::<F>(surfaces, material, Enclosure::Open);
+    scene.unwrap().with_sky(sky).unwrap()
 }
 
 /// A court: the room without its ceiling, from which light leaves upwards alone.

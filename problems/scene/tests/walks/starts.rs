@@ -73,6 +73,6 @@ fn states_have_the_density_of_starts() {
     let (_, surfaces) = closed_scenes().swap_remove(1);
     check_in::<f64>(&scene::<f64>(&surfaces, material));
     check_in::<f32>(&scene::<f32>(&surfaces, material));
-    let court = enclosed::<f64>(&skylight::court(), material, Enclosure::Open);
+    let court = scene_with::<f64>(&skylight::court(), material, Enclosure::Open).unwrap();
     check_in::<f64>(&court.with_sky(SkyLight::uniform(1.0).unwrap()).unwrap());
 }

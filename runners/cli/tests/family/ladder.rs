@@ -1,20 +1,17 @@
 //! A ladder of fixed settings: what a user would try who knows nothing of a problem.
 //!
 //! Times are those that the library predicts of what was counted: set-ups, states, scores. They are a function of the
-//! problem alone, as the choice is, and no machine's load is in them. Processor seconds are measured beside them.
+//! problem alone, as the choice is, and no machine's load is in them.
 //!
 //! A rung is not walked to its end: few walks tell its variance, more walks those of rungs that may be the best, and a rung
 //! whose set-up alone takes longer than another one is not climbed. Then the best is walked to its end.
 
 use std::collections::VecDeque;
-use std::sync::Mutex;
 
 use fredholm::answer::{Answer, Solved, Walks};
 use fredholm::cost::WalkCost;
 use fredholm::model::{Model, Partitioned, Request};
-use fredholm::{
-    Choices, Estimator, Goal, Observer, Pairs, Settings, SolveObserver, Tolerance, WalkOptions,
-};
+use fredholm::{Choices, Estimator, Goal, Pairs, Settings, Tolerance, WalkOptions};
 use fredholm_core::{MIN_BATCHES, Statistics, next_stage};
 use fredholm_file::Resolved;
 
@@ -37,18 +34,6 @@ fn doubt(walks: u64) -> f64 {
     4.0 / (walks as f64).sqrt()
 }
 
-/// Processor seconds of this thread; nothing is asserted of them.
-#[cfg(unix)]
-pub(crate) fn processor() -> f64 {
-    use rustix::time::{ClockId, clock_gettime};
-    let time = clock_gettime(ClockId::ThreadCPUTime);
-    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
-}
-#[cfg(not(unix))]
-pub(crate) fn processor() -> f64 {
-    f64::NAN
-}
-
 /// A fixed setting, and what few walks tell of it.
 #[derive(Clone, Debug)]
 pub(crate) struct Rung {
@@ -62,8 +47,6 @@ pub(crate) struct Rung {
     set_up: f64,
     /// Seconds of a walk.
     walk: f64,
-    /// Processor seconds of both, as they were measured.
-    measured: [f64; 2],
     /// The walks of a target that tell this.
     told: u64,
     /// The standard deviation and the estimate of every target: where u is close to 0, a part of it takes most.
@@ -103,12 +86,10 @@ impl Rung {
         self.set_up + self.walk * self.walks(tolerance).sum::<f64>()
     }
 
-    /// Seconds, and measured ones of the processor, if targets have these walks.
-    pub(crate) fn seconds_of(&self, all: &[Statistics]) -> [f64; 2] {
+    /// Seconds if targets have these walks.
+    pub(crate) fn seconds_of(&self, all: &[Statistics]) -> f64 {
         let walks: u64 = all.iter().map(Statistics::walks).sum();
-        let walks = walks as f64;
-        let [set_up, walk] = self.measured;
-        [self.set_up + self.walk * walks, set_up + walk * walks]
+        self.set_up + self.walk * walks as f64
     }
 
     /// Seconds to a tolerance, if they are less than walks tell by as much as they may be wrong.
@@ -141,9 +122,9 @@ impl Rung {
         let cells = problem.model.partition(&settings.discretisation()).ok()?;
         let walk = settings.walk_options();
         let answer = if self.plain {
-            problem.plain(&*cells, &walk, &())
+            problem.plain(&*cells, &walk)
         } else {
-            problem.solved(&Solved::new(&*cells).ok()?, &walk, &())
+            problem.solved(&Solved::new(&*cells).ok()?, &walk)
         };
         let all = answer?.outcome.statistics;
         let mut each = all.iter();
@@ -206,25 +187,15 @@ impl<'p> Opened<'p> {
         }
     }
 
-    fn plain(
-        &self,
-        cells: &dyn Partitioned<'_>,
-        walk: &WalkOptions,
-        watch: &dyn SolveObserver,
-    ) -> Option<Answer> {
+    fn plain(&self, cells: &dyn Partitioned<'_>, walk: &WalkOptions) -> Option<Answer> {
         cells.check_variance(walk).ok()?;
-        let walked = self.walks().plain(cells, &self.request(walk), watch);
+        let walked = self.walks().plain(cells, &self.request(walk), &());
         walked.ok()
     }
 
-    fn solved(
-        &self,
-        solved: &Solved<'_>,
-        walk: &WalkOptions,
-        watch: &dyn SolveObserver,
-    ) -> Option<Answer> {
+    fn solved(&self, solved: &Solved<'_>, walk: &WalkOptions) -> Option<Answer> {
         solved.system.check_variance(walk).ok()?;
-        let walked = solved.walk(&self.walks(), &self.request(walk), watch);
+        let walked = solved.walk(&self.walks(), &self.request(walk), &());
         walked.ok()
     }
 
@@ -286,22 +257,8 @@ impl<'p> Opened<'p> {
         if rung.plain {
             return self.plain_rung(&*cut, rung.cells, &walk);
         }
-        let (solved, set_up) = timed(|| Solved::new(&*cut).ok());
-        let system = (rung.cells, rung.degree, &solved?, set_up);
+        let system = (rung.cells, rung.degree, &Solved::new(&*cut).ok()?);
         self.solved_rung(&*cut, system, &walk)
-    }
-
-    /// What a user takes who knows nothing: this number of cells of degree 4, and everything else as it is by default.
-    pub(crate) fn plain_default(&self, cells: usize) -> Option<Rung> {
-        let settings = self.on(cells, 4);
-        let cut = self.model.partition(&settings.discretisation()).ok()?;
-        let walk = WalkOptions {
-            walks: WALKS[1],
-            tolerance: None,
-            ..settings.walk_options()
-        };
-        let (solved, set_up) = timed(|| Solved::new(&*cut).ok());
-        self.solved_rung(&*cut, (cells, 4, &solved?, set_up), &walk)
     }
 
     fn on(&self, cells: usize, degree: usize) -> Settings {
@@ -318,7 +275,7 @@ impl<'p> Opened<'p> {
         let Ok(cut) = self.model.partition(&settings.discretisation()) else {
             return;
         };
-        let (solved, set_up) = timed(|| Solved::new(&*cut).ok());
+        let solved = Solved::new(&*cut).ok();
         let mut found = false;
         for absorption in ABSORPTIONS {
             if found && absorption.is_some_and(|q| q < 0.2) {
@@ -342,7 +299,7 @@ impl<'p> Opened<'p> {
                 if let Some(solved) = &solved
                     && self.model.check(&settings.discretisation(), pairs).is_ok()
                 {
-                    let system = (cells, degree, solved, set_up);
+                    let system = (cells, degree, solved);
                     rungs.extend(self.solved_rung(&*cut, system, &walk));
                 }
             }
@@ -356,36 +313,30 @@ impl<'p> Opened<'p> {
         cells: usize,
         walk: &WalkOptions,
     ) -> Option<Rung> {
-        let clock = Clock::default();
-        let answer = self.plain(cut, walk, &clock)?;
-        let cost = cut.cost(walk.pairs);
-        let each = (cost.plain, 0.0);
-        Some(self.rung(&answer, (true, cells, 0, walk), each, clock.seconds()))
+        let answer = self.plain(cut, walk)?;
+        let each = (cut.cost(walk.pairs).plain, 0.0);
+        Some(self.rung(&answer, (true, cells, 0, walk), each))
     }
 
-    /// The rung of a system on cells of a degree, which took so many seconds.
+    /// The rung of a system on cells of a degree.
     fn solved_rung(
         &self,
         cut: &dyn Partitioned<'_>,
-        (cells, degree, solved, seconds): (usize, usize, &Solved<'_>, f64),
+        (cells, degree, solved): (usize, usize, &Solved<'_>),
         walk: &WalkOptions,
     ) -> Option<Rung> {
-        let clock = Clock::default();
-        let answer = self.solved(solved, walk, &clock)?;
+        let answer = self.solved(solved, walk)?;
         let cost = cut.cost(walk.pairs);
-        let [set_up, walks] = clock.seconds();
-        let measured = [seconds + set_up, walks];
         let each = (cost.walk, cost.setup);
-        Some(self.rung(&answer, (false, cells, degree, walk), each, measured))
+        Some(self.rung(&answer, (false, cells, degree, walk), each))
     }
 
-    /// The rung of an answer that took these processor seconds for the set-up and the walks.
+    /// The rung of an answer.
     fn rung(
         &self,
         answer: &Answer,
         (plain, cells, degree, walk): (bool, usize, usize, &WalkOptions),
         (each, set_up): (WalkCost, f64),
-        [measured, measured_walks]: [f64; 2],
     ) -> Rung {
         let all = &answer.outcome.statistics;
         let of = |count: fn(&Statistics) -> u64| all.iter().map(count).sum::<u64>() as f64;
@@ -403,69 +354,8 @@ impl<'p> Opened<'p> {
             absorption: walk.absorption.probability(),
             set_up,
             walk: each.seconds(walk.absorption.estimator(), states, answer.pointwise),
-            measured: [measured, measured_walks / walks],
             told: walk.walks,
             targets: all.iter().map(found).collect(),
         }
     }
-}
-
-/// A result, and the processor seconds that it took.
-fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
-    let begun = processor();
-    (work(), processor() - begun)
-}
-
-/// Processor seconds until walks began, and after that.
-struct Clock {
-    begun: f64,
-    walking: Mutex<f64>,
-}
-
-impl Default for Clock {
-    fn default() -> Self {
-        Self {
-            begun: processor(),
-            walking: Mutex::new(f64::NAN),
-        }
-    }
-}
-
-impl Clock {
-    fn seconds(&self) -> [f64; 2] {
-        let walking = *self.walking.lock().unwrap();
-        [walking - self.begun, processor() - walking]
-    }
-}
-
-impl Observer for Clock {}
-
-impl SolveObserver for Clock {
-    fn walking(&self) {
-        *self.walking.lock().unwrap() = processor();
-    }
-}
-
-/// u(0.357) is nearly 0, so that a part of it takes more walks than the other nine targets together. Eight of ten stood for all once: the
-/// best of the ladder left out what took most, and the choice, which does not, seemed to take ten times as long.
-#[test]
-fn every_target_is_in_the_time_of_a_rung() {
-    let others = [0.05, 0.15, 0.65, 0.7, 0.75, 0.8, 0.85, 0.9, 0.95];
-    let with_number_4 = [0.05, 0.15, 0.65, 0.7, 0.357, 0.75, 0.8, 0.85, 0.9, 0.95];
-    let seconds = |places: &[f64]| {
-        let target = |place| format!("{{ name = \"t{place}\", at = {place} }}");
-        let all: Vec<String> = places.iter().map(target).collect();
-        let text = format!(
-            "problem = {{ kind = \"cube\", dimension = 1, kernel = \"0.3\", source = \"x-0.4\" }}\ntarget = [{}]\n",
-            all.join(", ")
-        );
-        let file = fredholm_file::read("problem.toml", &text).unwrap();
-        let resolved = file.resolve().unwrap();
-        let mut rungs = Vec::new();
-        Opened::new(&resolved).climb(4, 0, &mut rungs);
-        let plain = rungs.iter().find(|rung| rung.plain).unwrap();
-        plain.seconds(Tolerance::Relative(1e-3))
-    };
-    let [less, more] = [&others[..], &with_number_4].map(seconds);
-    assert!(more > 10.0 * less, "{more} {less}");
 }

@@ -1,25 +1,19 @@
 //! Random problems with an error and nothing else: every run ends, with an answer or with a reason, and takes little more
 //! than the best of a ladder of fixed settings.
 //!
-//! A day's share of each half is run by default, all of them with `FREDHOLM_LONG=1`, so many with `FREDHOLM_LONG=40`, and
-//! every tenth of these with `FREDHOLM_EACH=10` besides, from number 3 on with `FREDHOLM_FIRST=3`: ten such runs are all of them.
-//! `FREDHOLM_SEED=15` runs problems of seed 15 instead of the seen half, and `FREDHOLM_NUMBER=15.25` number 25 of them, and prints
-//! its file.
-//! What the ladder takes is a function of the problem alone. `FREDHOLM_LADDER=FOLDER` keeps it there, and reads it the next
-//! time; remove it where costs or walks change.
+//! A day's share of each half is run by default, all of them with `FREDHOLM_LONG=1`, so many with `FREDHOLM_LONG=40`.
+//! `FREDHOLM_NUMBER=15.25` runs number 25 of seed 15, and prints its file.
 
 mod ladder;
 mod problems;
 
 use core::fmt::Write as _;
-use std::path::Path;
 
 use fredholm::answer::Answer;
 use fredholm::choice::Chosen;
 use fredholm::execute::OnThreads;
 use fredholm::{Choices, Error, Tolerance};
 use fredholm_core::{Statistics, StopReason};
-use serde::{Deserialize, Serialize};
 
 use ladder::{Opened, Rung};
 use problems::{MOST_ERROR, Problem, Random};
@@ -42,8 +36,7 @@ const LEAST_SECONDS: f64 = 0.005;
 #[test]
 fn problems_that_were_seen_end() {
     let Ok(number) = std::env::var("FREDHOLM_NUMBER") else {
-        let seed = std::env::var("FREDHOLM_SEED");
-        return run(seed.map_or(SEEN, |seed| seed.parse().unwrap()));
+        return run(SEEN);
     };
     let (seed, number) = number.split_once('.').expect("seed.number");
     let (seed, number): (u64, u64) = (seed.parse().unwrap(), number.parse().unwrap());
@@ -62,30 +55,25 @@ fn problems_that_were_not_seen_end() {
 }
 
 fn run(seed: u64) {
-    let number = |name: &str| std::env::var(name).ok().and_then(|text| text.parse().ok());
-    let long = number("FREDHOLM_LONG");
+    let long = std::env::var("FREDHOLM_LONG").ok();
+    let long = long.and_then(|text| text.parse().ok());
     let count = match long {
         None => FEW,
         Some(1) => ALL,
         Some(count) => count,
     };
-    let each = number("FREDHOLM_EACH").unwrap_or(1);
-    let first = number("FREDHOLM_FIRST").unwrap_or(0);
     let mut random = Random(seed);
     let mut all = Vec::new();
     for number in 0..count {
         let problem = Problem::new(&mut random, 1000 * seed + number, long.is_some());
-        if number % each == first {
-            let ran = ran_on_one_thread(&problem);
-            println!("{seed}.{number} {}", ran.text);
-            all.push(ran);
-        }
+        let ran = ran_on_one_thread(&problem);
+        println!("{seed}.{number} {}", ran.text);
+        all.push(ran);
     }
     summary(&all);
 }
 
 /// What the choice is compared with.
-#[derive(Serialize, Deserialize)]
 struct Reference {
     /// The error that the ladder reaches soon.
     error: f64,
@@ -94,40 +82,18 @@ struct Reference {
     /// The best of the ladder, if one ends.
     best: Option<Best>,
     /// Whether none of the ladder comes to an end that somebody waits for.
-    #[serde(default)]
     is_left_out: bool,
-    /// Seconds of the plain default, if the problem takes it.
-    default: Option<f64>,
 }
 
 /// The best of the ladder.
-#[derive(Serialize, Deserialize)]
 struct Best {
     name: String,
     seconds: f64,
-    /// Processor seconds.
-    measured: f64,
     /// The estimate of the first target, and its standard error.
     found: [f64; 2],
 }
 
 impl Reference {
-    /// What was kept of this problem, or a new one, which is kept then.
-    fn kept(problem: &Problem, opened: &Opened<'_>) -> Self {
-        let Some(folder) = std::env::var_os("FREDHOLM_LADDER") else {
-            return Self::new(problem, opened);
-        };
-        let path = Path::new(&folder).join(&problem.key);
-        match std::fs::read(&path) {
-            Ok(kept) => serde_json::from_slice(&kept).unwrap(),
-            Err(_) => {
-                let new = Self::new(problem, opened);
-                std::fs::write(path, serde_json::to_vec(&new).unwrap()).unwrap();
-                new
-            }
-        }
-    }
-
     fn new(problem: &Problem, opened: &Opened<'_>) -> Self {
         let (mut rungs, mut steps) = (Vec::new(), opened.steps(problem.cells));
         let (mut tolerance, mut is_relaxed) = (problem.tolerance(problem.error), false);
@@ -140,7 +106,6 @@ impl Reference {
             }
             (tolerance, is_relaxed) = found;
         }
-        let default = opened.plain_default(problem.default);
         let best = best(&rungs, problem, opened, tolerance);
         let ends = rungs.iter().any(|rung| rung.seconds(tolerance).is_finite());
         Self {
@@ -148,7 +113,6 @@ impl Reference {
             error: tolerance.bound(),
             is_relaxed,
             best,
-            default: default.map(|rung| rung.seconds(tolerance)),
         }
     }
 }
@@ -159,10 +123,6 @@ struct Ran {
     is_relaxed: bool,
     /// The time over that of the best of the ladder, if both came to an end.
     ratio: Option<f64>,
-    /// Processor seconds over those of the best of the ladder.
-    measured: Option<f64>,
-    /// The time over that of the plain default.
-    of_default: Option<f64>,
     /// The difference of both estimates in standard errors.
     z: Option<f64>,
 }
@@ -178,14 +138,12 @@ fn ran(problem: &Problem) -> Ran {
     file.validate().unwrap();
     let resolved = file.resolve().unwrap();
     let mut opened = Opened::new(&resolved);
-    let reference = Reference::kept(problem, &opened);
+    let reference = Reference::new(problem, &opened);
     let tolerance = problem.tolerance(reference.error);
     let mut ran = Ran {
         text: format!("{}, {tolerance:?}: ", problem.name),
         is_relaxed: reference.is_relaxed,
         ratio: None,
-        measured: None,
-        of_default: None,
         z: None,
     };
     if reference.is_left_out {
@@ -197,7 +155,6 @@ fn ran(problem: &Problem) -> Ran {
     settings.tolerance = Some(tolerance);
     opened.settings = &settings;
     opened.look_at_variance();
-    let start = ladder::processor();
     let goals = &opened.goals;
     let solved = fredholm::choice::solve(
         opened.model,
@@ -206,7 +163,6 @@ fn ran(problem: &Problem) -> Ran {
         &settings,
         (&(), &OnThreads),
     );
-    let measured = ladder::processor() - start;
     let text = &mut ran.text;
     let best = reference.best.as_ref();
     match solved {
@@ -215,7 +171,7 @@ fn ran(problem: &Problem) -> Ran {
             let is_done = answer.outcome.stop == StopReason::Done;
             write!(
                 text,
-                "{} {seconds:.4} s ({measured:.4}) {}",
+                "{} {seconds:.4} s {}",
                 ending(&answer),
                 setting(&chosen)
             )
@@ -223,22 +179,15 @@ fn ran(problem: &Problem) -> Ran {
             if let Some(why) = answer.gave_up {
                 write!(text, " ({why})").unwrap();
             }
-            let times = |other: f64| seconds / (other + LEAST_SECONDS);
-            if let Some(default) = reference.default.filter(|_| is_done) {
-                ran.of_default = Some(times(default));
-                write!(text, ", {:.2} times the default", times(default)).unwrap();
-            }
             if let Some(best) = best {
-                let times = times(best.seconds);
+                let times = seconds / (best.seconds + LEAST_SECONDS);
                 write!(
                     text,
-                    ", {times:.2} times {:.4} s ({:.4}) of {}",
-                    best.seconds, best.measured, best.name
+                    ", {times:.2} times {:.4} s of {}",
+                    best.seconds, best.name
                 )
                 .unwrap();
                 ran.ratio = is_done.then_some(times);
-                let measured = measured / (best.measured + LEAST_SECONDS);
-                ran.measured = (is_done && measured.is_finite()).then_some(measured);
                 let found = &answer.outcome.statistics[0];
                 ran.z = deviation(found, best.found, answer.floors[0]);
             }
@@ -296,11 +245,10 @@ fn best(
     soon.find_map(|rung| {
         let walked = rung.run(opened, tolerance)?;
         let found = walked.first()?.preconditioned();
-        let [seconds, measured] = rung.seconds_of(&walked);
+        let seconds = rung.seconds_of(&walked);
         Some(Best {
             name: rung.name(),
             seconds,
-            measured,
             found: [found.estimate, found.std_error?],
         })
     })
@@ -382,15 +330,11 @@ fn summary(all: &[Ran]) {
     let done = all.iter().filter(|ran| ran.ratio.is_some()).count();
     let relaxed = all.iter().filter(|ran| ran.is_relaxed).count();
     let [median, most] = median_and_most(all.iter().map(|ran| ran.ratio));
-    let [of_default, most_of_default] = median_and_most(all.iter().map(|ran| ran.of_default));
-    let [measured, most_measured] = median_and_most(all.iter().map(|ran| ran.measured));
-    let defaults = all.iter().filter(|ran| ran.of_default.is_some()).count();
     let deviations: Vec<f64> = all.iter().filter_map(|ran| ran.z).collect();
     let inside = deviations.iter().filter(|&&z| z <= 1.96).count();
     println!(
         "{done} of {} done, {relaxed} with a larger error than drawn; times over the best of the ladder: median \
-         {median:.2}, most {most:.2} (of measured processor time {measured:.2}, {most_measured:.2}); over the plain \
-         default ({defaults}): median {of_default:.2}, most {most_of_default:.2}; {inside} of {} within 1.96",
+         {median:.2}, most {most:.2}; {inside} of {} within 1.96",
         all.len(),
         deviations.len()
     );

@@ -25,8 +25,6 @@ impl Random {
 
 /// A problem with an error and nothing else.
 pub(crate) struct Problem {
-    /// Its number among all problems, as a file's name.
-    pub(crate) key: String,
     /// What it is, for people.
     pub(crate) name: String,
     /// The file without an error.
@@ -39,8 +37,6 @@ pub(crate) struct Problem {
     pub(crate) most_seconds: f64,
     /// Cells of the ladder.
     pub(crate) cells: &'static [usize],
-    /// Cells of the plain default.
-    pub(crate) default: usize,
 }
 
 impl Problem {
@@ -49,21 +45,19 @@ impl Problem {
         let least = if long { -10.0 } else { -6.0 };
         let error = 10_f64.powf(random.between(least, MOST_ERROR.log10()));
         let relative = random.next().is_multiple_of(2);
-        let (name, text, (cells, default), at) = match random.next() % 5 {
+        let (name, text, cells, at) = match random.next() % 5 {
             0 => circle(random),
             1 => room(random),
             _ => cube(random),
         };
         let (more, text) = with_more_targets(text, number, at);
         Self {
-            key: format!("{number}.json"),
             name: format!("{name}, {} targets", 1 + more),
             text,
             error,
             relative,
             most_seconds: most_seconds(number),
             cells,
-            default,
         }
     }
 
@@ -80,9 +74,9 @@ impl Problem {
 /// The largest error, to which no other one is made larger: with many targets the least number of walks takes a second.
 pub(crate) const MOST_ERROR: f64 = 1e-2;
 
-/// The name, the file, the cells of the ladder and of the default, and a target at a place from 0 to 1.
+/// The name, the file, the cells of the ladder, and a target at a place from 0 to 1.
 type Drawn = (String, String, Cells, fn(f64) -> String);
-type Cells = (&'static [usize], usize);
+type Cells = &'static [usize];
 
 /// From a fifth of a second to twenty, of a stream of their own: all problems together take half an hour, and some of them
 /// are long.
@@ -188,9 +182,9 @@ fn cube(random: &mut Random) -> Drawn {
          target = [{{ name = \"t\", {target} }}]\n"
     );
     let (cells, at): (Cells, fn(f64) -> String) = match dimension {
-        1 => ((&[4, 12, 48], 12), |x| format!("{x:.3}")),
-        2 => ((&[2, 4, 8], 5), |x| format!("[{x:.3}, 0.3]")),
-        _ => ((&[1, 2, 3], 2), |x| format!("[{x:.3}, 0.3, 0.6]")),
+        1 => (&[4, 12, 48], |x| format!("{x:.3}")),
+        2 => (&[2, 4, 8], |x| format!("[{x:.3}, 0.3]")),
+        _ => (&[1, 2, 3], |x| format!("[{x:.3}, 0.3, 0.6]")),
     };
     let name = format!("d = {dimension}, {axis} with {parameter:.2}, {share:.2}, {source}");
     (name, text, cells, at)
@@ -211,7 +205,7 @@ fn circle(random: &mut Random) -> Drawn {
         random.between(0.0, core::f64::consts::TAU),
     );
     let name = format!("circle, {arcs} arcs up to {most:.2}, amplitude {amplitude}");
-    (name, text, (&[60, 120, 480], 200), |x| {
+    (name, text, &[60, 120, 480], |x| {
         format!("{:.3}", core::f64::consts::TAU * x)
     })
 }
@@ -247,7 +241,7 @@ fn room(random: &mut Random) -> Drawn {
         surfaces.join(", ")
     );
     let name = format!("room of {} walls up to {most:.2}", corners.len());
-    (name, text, (&[25, 100, 200], 200), |x| {
+    (name, text, &[25, 100, 200], |x| {
         format!("{{ surface = \"s0\", t = {:.3} }}", 0.05 + 0.9 * x)
     })
 }

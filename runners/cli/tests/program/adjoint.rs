@@ -4,7 +4,7 @@ use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 use serde_json::Value;
 
-use crate::common::{self, Folder};
+use crate::common::{self, Folder, json};
 use crate::parts;
 
 /// A closed box with a lamp under its ceiling, one black wall and one of two materials; and the means over all of its surfaces.
@@ -55,12 +55,6 @@ two_sided = true
 reflectance = 0.2
 emission = 10
 "#;
-
-fn json(args: &[&str]) -> Value {
-    let ran = common::fredholm(&[args, &["--json"]].concat());
-    assert_eq!(ran.status, Some(0), "{ran:?}");
-    ran.json()
-}
 
 fn estimate(of: &Value) -> Option<[f64; 2]> {
     let number = |name| of[name].as_f64();
@@ -208,10 +202,9 @@ fn what_the_way_back_refuses() {
         (crate::colours::room(None), "in one channel"),
     ] {
         let file = folder.file("wrong.toml", text);
-        let ran = common::fredholm(&["solve", &file, "--adjoint", "true"]);
-        assert!(
-            ran.status == Some(2) && ran.stderr.contains(words),
-            "{words}: {ran:?}"
+        common::refused(
+            &common::fredholm(&["solve", &file, "--adjoint", "true"]),
+            &[words],
         );
     }
     let file = folder.file("room.toml", room("adjoint = true\nwalks = 1000\n"));
@@ -226,11 +219,7 @@ fn what_the_way_back_refuses() {
         (&["render", &file, "--out", &png], answers),
         (&["export", &file, "--out", &bin], answers),
     ] {
-        let ran = common::fredholm(args);
-        assert!(
-            ran.status == Some(2) && ran.stderr.contains(words),
-            "{words}: {ran:?}"
-        );
+        common::refused(&common::fredholm(args), &[words]);
     }
     // `check` tells the walks that `solve` makes: one set for all.
     let ran = common::fredholm(&["check", &file]);

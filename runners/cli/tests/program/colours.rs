@@ -1,8 +1,6 @@
 //! Scenes and rooms in several channels.
 
-use serde_json::Value;
-
-use crate::common::{self, Folder};
+use crate::common::{self, Folder, estimate, json};
 use crate::parts;
 
 const WEIGHTS: [f64; 3] = [0.2126, 0.7152, 0.0722];
@@ -104,16 +102,6 @@ over = "all"
         of([10.0, 20.0, 40.0]),
         of([0.1, 0.1, 0.6]),
     )
-}
-
-fn json(args: &[&str]) -> Value {
-    common::fredholm(&[args, &["--json"]].concat())
-        .quietly(0)
-        .json()
-}
-
-fn estimate(target: &Value, kind: &str) -> [f64; 2] {
-    ["estimate", "std_error"].map(|name| common::number(&target[kind], name))
 }
 
 /// One walk tells in every channel what walks of this channel alone tell, and the luminance of all.
@@ -364,11 +352,7 @@ fn what_channels_refuse() {
         ),
     ] {
         let file = folder.file("wrong.toml", &text);
-        let ran = common::fredholm(&["solve", &file]);
-        assert!(
-            ran.status == Some(2) && ran.stderr.contains(words),
-            "{words}: {ran:?}"
-        );
+        common::refused(&common::fredholm(&["solve", &file]), &[words]);
     }
     let file = folder.file("room.toml", room(None));
     let ran = common::fredholm(&["solve", &file, "--global"]);
@@ -430,11 +414,7 @@ fn what_channels_of_rooms_refuse() {
         ),
     ] {
         let file = folder.file("wrong.toml", &text);
-        let ran = common::fredholm(&["solve", &file]);
-        assert!(
-            ran.status == Some(2) && ran.stderr.contains(words),
-            "{words}: {ran:?}"
-        );
+        common::refused(&common::fredholm(&["solve", &file]), &[words]);
     }
     let file = folder.file("room.toml", flat(None));
     let (png, tables) = (folder.at("room.png"), folder.at("room.bin"));
@@ -459,10 +439,6 @@ fn what_channels_of_rooms_refuse() {
             "walks go back from the sources to the receivers in scenes",
         ),
     ] {
-        let ran = common::fredholm(args);
-        assert!(
-            ran.status == Some(2) && ran.stderr.contains(words),
-            "{words}: {ran:?}"
-        );
+        common::refused(&common::fredholm(args), &[words]);
     }
 }

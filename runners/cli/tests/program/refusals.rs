@@ -55,287 +55,29 @@ fn replaced(part: &str, other: &str, at: &str, words: &[&str]) {
     refused(&circle_with(part, other), at, words);
 }
 
+/// One of every section: the tests of `fredholm-file` have all, with their places and messages.
 #[test]
-fn reflectances() {
-    let values = "[0.3, 0.7]";
-    replaced(values, "[]", "[]", &["`reflectance`", "at least one"]);
-    replaced(values, "[0.3, nan]", "nan", &["`reflectance[1]`", "finite"]);
-    for rho in ["1.0", "1", "-0.25", "1.5", "-1"] {
-        let words = ["reflectance", "at least 0 and less than 1", "converge"];
-        replaced(
-            values,
-            &format!("[0.125, {rho}]"),
-            &format!("{rho}]"),
-            &words,
-        );
-    }
-    replaced(values, "[0.3, inf]", "inf", &["`reflectance[1]`", "finite"]);
-    replaced(
-        values,
-        "\"a\"",
-        "\"a\"",
-        &["`reflectance`", "found a string"],
-    );
-    replaced(
-        "reflectance = [0.3, 0.7]\n",
-        "",
-        "[problem]",
-        &["`reflectance` is missing"],
-    );
-}
-
-#[test]
-fn emissions() {
-    let table = "{ constant = 5.0, amplitude = 1.0, frequency = 5 }";
-    replaced(table, "[]", "[]", &["`emission`", "at least one"]);
-    replaced(table, "[1.0, nan]", "nan", &["`emission[1]`", "finite"]);
-    replaced(
-        "frequency = 5",
-        "frequency = 0",
-        "0 }",
-        &["`frequency`", "at least 1"],
-    );
-    replaced(
-        "frequency = 5",
-        "frequency = 2.5",
-        "2.5",
-        &["`frequency`", "integer", "2.5"],
-    );
-    replaced(
-        "constant = 5.0",
-        "constant = inf",
-        "inf",
-        &["`constant`", "finite"],
-    );
-    replaced(
-        ", amplitude = 1.0",
-        "",
-        "{ constant",
-        &["`amplitude` is missing"],
-    );
-}
-
-#[test]
-fn cells() {
-    let fits = ["multiple", "2 arcs", "6 or 8"];
-    replaced("cells = 20", "cells = 7", "7\n", &fits);
-    refused_flags(&["--cells", "7"], &[&["`--cells 7`"], &fits[..]].concat());
-    // Arcs of the emission count too: 2 and 3 have 6.
-    let problem = circle_with(
-        "{ constant = 5.0, amplitude = 1.0, frequency = 5 }",
-        "[1, 2, 3]",
-    );
-    refused(
-        &problem,
-        "20\n",
-        &["multiple", "3 arcs of `emission`", "18 or 24"],
-    );
-
-    replaced(
-        "cells = 20",
-        "cells = 0",
-        "0\ndegree",
-        &["`cells`", "at least 1"],
-    );
-    replaced("cells = 20", "cells = -2", "-2", &["`cells`", "negative"]);
-    replaced(
-        "cells = 20",
-        "cells = 2e1",
-        "2e1",
-        &["`cells`", "integer", "write 20"],
-    );
-    replaced(
-        "cells = 20",
-        "cells = 1000000000",
-        "1000000000",
-        &["`cells`", "at most 100000000", "memory"],
-    );
-    replaced(
-        "cells = 20",
-        "cells = 9223372036854775806",
-        "9223372036854775806",
-        &["`cells`", "at most"],
-    );
-    refused_flags(
-        &["--cells", "1000000000"],
-        &["--cells 1000000000", "memory"],
-    );
-    refused_flags(&["--cells", "0"], &["--cells 0", "at least 1"]);
-    refused_flags(&["--cells", "many"], &["--cells", "many"]);
-}
-
-#[test]
-fn degrees() {
-    let degree = "from 0 to 4";
-    replaced(
-        "degree = 0",
-        "degree = 5",
-        "5\npairs",
-        &["`degree`", degree],
-    );
-    refused_flags(&["--degree", "5"], &["--degree 5", degree]);
-    let paper = fredholm(&["paper", "--degree", "5", "--max-walks", "10"]);
-    assert_refused(&paper, &["--degree"]);
-}
-
-#[test]
-fn walks() {
-    replaced(
-        "walks = 20000",
-        "walks = 1e5",
-        "1e5",
-        &["`walks`", "write 100000"],
-    );
-    refused_flags(&["--walks", "1e5"], &["--walks", "1e5"]);
-    for absorption in ["0", "1", "0.0", "1.0", "-0.2", "1.5"] {
-        replaced(
-            "absorption = 0.2",
-            &format!("absorption = {absorption}"),
-            &format!("{absorption}\nestimator"),
-            &["`absorption`", "more than 0", "less than 1"],
-        );
-    }
-    replaced(
-        "absorption = 0.2",
-        "absorption = nan",
-        "nan",
-        &["`absorption`", "finite"],
-    );
-    // Numbers which only one of the scalar types has.
-    for absorption in ["1e-300", "0.999999999999"] {
-        let problem = circle_with("\"f64\"", "\"f32\"").replace("0.2", absorption);
-        refused(&problem, absorption, &["`absorption`", "f32", "f64"]);
-    }
-    replaced(
-        "batch = 512",
-        "batch = 0",
-        "0\n\n[[target]]\nname = \"point\"",
-        &["`batch`"],
-    );
-    replaced("seed = 1", "seed = -1", "-1", &["`seed`", "negative"]);
-    replaced(
-        "\"absorption\"",
-        "\"colision\"",
-        "\"colision\"",
-        &["`estimator`", "did you mean \"collision\"?"],
-    );
-    replaced(
-        "\"f64\"",
-        "\"f16\"",
-        "\"f16\"",
-        &["`scalar`", "\"f32\" or \"f64\""],
-    );
-    replaced(
-        "\"default\"",
-        "\"all\"",
-        "\"all\"\n\n[walk]",
-        &["`pairs`", "pointwise"],
-    );
-    refused_flags(
-        &["--estimator", "wrong"],
-        &["--estimator", "absorption", "collision"],
-    );
-    refused_flags(&["--pairs", "wrong"], &["--pairs", "paper", "pointwise"]);
-    refused_flags(&["--scalar", "wrong"], &["--scalar", "f32", "f64"]);
-}
-
-#[test]
-fn targets() {
-    let (head, _) = CIRCLE.split_once("[[target]]").unwrap();
-    let folder = Folder::new();
-    let ran = folder.solve(head, &["--json"]);
-    assert_refused(&ran, &["at least one `[[target]]`"]);
-
-    replaced(
-        "\"mean\"",
-        "\"point\"\n# two",
-        "\"point\"\n# two",
-        &["second target named \"point\"", "first is on line 20"],
-    );
-    replaced("\"mean\"", "\"\"", "\"\"", &["name", "empty"]);
-    // A point of a grid has a name as well.
-    let ran = folder.solve(&circle_with("\"mean\"", "\"profile[1]\""), &["--json"]);
-    assert_refused(&ran, &["\"profile[1]\"", "grid"]);
-
-    for angle in ["-0.1", "6.2831853071795865", "7", "1e300"] {
-        replaced(
-            "at = 0.3",
-            &format!("at = {angle}"),
-            &format!("{angle}\n"),
-            &["angle `at`", "at least 0 and less than 2 pi"],
-        );
-    }
-    replaced("at = 0.3", "at = nan", "nan", &["`at`", "finite"]);
-    replaced(
-        "[1.0, 4.0]",
-        "[1.0, 7.0]",
-        "7.0]",
-        &["`over`", "from 0 to 2 pi"],
-    );
-    replaced(
-        "[1.0, 4.0]",
-        "[4.0, 1.0]",
-        "1.0]",
-        &["second angle", "more than the first"],
-    );
-    replaced("[1.0, 4.0]", "[4.0, 4.0]", "4.0]", &["more than the first"]);
-    replaced("[1.0, 4.0]", "[1.0]", "[1.0]", &["`over`", "[from, to]"]);
-    replaced("\"all\"", "\"some\"", "\"some\"", &["`over`", "\"all\""]);
-    replaced("grid = 3", "grid = -0", "-0", &["`grid`", "from 1 to"]);
-    replaced("grid = 3", "grid = 100001", "100001", &["`grid`", "100000"]);
-    replaced(
-        "grid = 3",
-        "grid = 3\nat = 0.5",
-        "at = 0.5",
-        &["both `grid` and `at`"],
-    );
-}
-
-#[test]
-fn unknown_keys_are_shown_where_they_stand() {
-    let keys = [
-        (
-            "reflectance =",
-            "refelctance =",
-            "[problem]",
-            "`reflectance`",
-        ),
-        ("amplitude =", "amplitud =", "`emission`", "`amplitude`"),
-        ("cells =", "cell =", "[galerkin]", "`cells`"),
-        ("batch =", "bach =", "[walk]", "`batch`"),
-        ("grid =", "gird =", "[[target]]", "`grid`"),
-        ("[walk]", "[wlk]", "top level", "`walk`"),
+fn mistakes_are_shown_where_they_stand() {
+    let words = ["reflectance", "at least 0 and less than 1", "converge"];
+    replaced("0.7]", "1.0]", "1.0]", &words);
+    let words = ["`frequency`", "at least 1"];
+    replaced("frequency = 5", "frequency = 0", "0 }", &words);
+    let words = ["multiple", "2 arcs", "6 or 8"];
+    replaced("cells = 20", "cells = 7", "7\n", &words);
+    let words = ["`walks`", "write 100000"];
+    replaced("walks = 20000", "walks = 1e5", "1e5", &words);
+    let words = ["`estimator`", "did you mean \"collision\"?"];
+    replaced("\"absorption\"", "\"colision\"", "\"colision\"", &words);
+    let words = ["second angle", "more than the first"];
+    replaced("[1.0, 4.0]", "[4.0, 1.0]", "1.0]", &words);
+    let words = [
+        "unknown key",
+        "gird",
+        "[[target]]",
+        "did you mean",
+        "`grid`",
     ];
-    for (part, other, section, meant) in keys {
-        let name = other.trim_matches(&['[', ']', ' ', '='][..]);
-        let problem = circle_with(part, other);
-        refused(
-            &problem,
-            name,
-            &["unknown key", name, section, "did you mean", meant],
-        );
-    }
-    // Nothing like it, behind keys that are all right: says what there is.
-    let behind = [
-        ("[problem]\n", "", "top level", "`galerkin`"),
-        ("kind = \"circle\"", "\n", "[problem]", "`reflectance`"),
-        ("frequency = 5", ", ", "`emission`", "`amplitude`"),
-        ("cells = 20", "\n", "[galerkin]", "`degree`"),
-        ("seed = 1", "\n", "[walk]", "`absorption`"),
-        ("at = 0.3", "\n", "[[target]]", "`grid`"),
-    ];
-    for (part, joint, section, known) in behind {
-        let other = match joint {
-            "" => format!("temperature = 3\n{part}"),
-            _ => format!("{part}{joint}temperature = 3"),
-        };
-        let words = ["unknown key `temperature`", section, "known here", known];
-        replaced(part, &other, "temperature", &words);
-    }
-}
-
-#[test]
-fn kinds() {
+    replaced("grid =", "gird =", "gird", &words);
     replaced(
         "\"circle\"",
         "\"square\"",
@@ -348,7 +90,14 @@ fn kinds() {
         "[problem]",
         &["`kind` is missing"],
     );
-    assert_refused(&fredholm(&["init", "square"]), &["square", "circle"]);
+    // Numbers which only one of the scalar types has.
+    for absorption in ["1e-300", "0.999999999999"] {
+        let problem = circle_with("\"f64\"", "\"f32\"").replace("0.2", absorption);
+        refused(&problem, absorption, &["`absorption`", "f32", "f64"]);
+    }
+    // A point of a grid has a name as well.
+    let ran = Folder::new().solve(&circle_with("\"mean\"", "\"profile[1]\""), &["--json"]);
+    assert_refused(&ran, &["\"profile[1]\"", "grid"]);
 }
 
 #[test]
@@ -375,9 +124,29 @@ fn problem_files() {
 
 #[test]
 fn flags() {
-    refused_flags(&["--foo"], &["--foo"]);
-    refused_flags(&["--cels", "20"], &["--cels", "--cells"]);
-    refused_flags(&["--threads", "0"], &["--threads", "0"]);
+    let cases: [(&[&str], &[&str]); 12] = [
+        (&["--cells", "7"], &["`--cells 7`", "multiple", "6 or 8"]),
+        (
+            &["--cells", "1000000000"],
+            &["--cells 1000000000", "memory"],
+        ),
+        (&["--cells", "0"], &["--cells 0", "at least 1"]),
+        (&["--cells", "many"], &["--cells", "many"]),
+        (&["--degree", "5"], &["--degree 5", "from 0 to 4"]),
+        (&["--walks", "1e5"], &["--walks", "1e5"]),
+        (
+            &["--estimator", "wrong"],
+            &["--estimator", "absorption", "collision"],
+        ),
+        (&["--pairs", "wrong"], &["--pairs", "paper", "pointwise"]),
+        (&["--scalar", "wrong"], &["--scalar", "f32", "f64"]),
+        (&["--foo"], &["--foo"]),
+        (&["--cels", "20"], &["--cels", "--cells"]),
+        (&["--threads", "0"], &["--threads", "0"]),
+    ];
+    for (args, words) in cases {
+        refused_flags(args, words);
+    }
     refused_flags(&["--threads", "-1"], &["--threads", "-1"]);
     for seconds in ["-1", "nan", "0", "inf", "1e300", "1e-300"] {
         refused_flags(
@@ -393,24 +162,6 @@ fn flags() {
         );
     }
     refused_flags(&["--relative"], &["--relative", "`target_error`"]);
-    replaced(
-        "seed = 1",
-        "seed = 1\nrelative = true",
-        "true",
-        &["`target_error`"],
-    );
-    replaced(
-        "seed = 1",
-        "seed = 1\nrelative = false",
-        "false",
-        &["`target_error`"],
-    );
-    replaced(
-        "seed = 1",
-        "seed = 1\ntarget_error = 0",
-        "0\nbatch",
-        &["`target_error`"],
-    );
     refused_flags(&["--seed", "-1"], &["--seed", "-1"]);
     refused_flags(&["--walks", "-5"], &["--walks", "-5"]);
     refused_flags(&["--threads", "60000"], &["--threads", "60000"]);
@@ -421,6 +172,9 @@ fn flags() {
     refused_flags(&["--walks", "5", "--walks", "6"], &["--walks"]);
     let ran = fredholm(&["paper", "--max-walks", "9"]);
     assert_refused(&ran, &["--max-walks", "10"]);
+    let ran = fredholm(&["paper", "--degree", "5", "--max-walks", "10"]);
+    assert_refused(&ran, &["--degree"]);
+    assert_refused(&fredholm(&["init", "square"]), &["square", "circle"]);
     assert_refused(&fredholm(&["fly"]), &["fly"]);
 }
 

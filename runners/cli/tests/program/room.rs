@@ -54,7 +54,7 @@ fn factors_are_the_published_ones() {
     let folder = Folder::new();
     let close = |path: &str, published: &Published| {
         let rows = factors(path);
-        for (found, expected) in rows[published.row].iter().zip(published.factors) {
+        for (found, expected) in rows[published.row].iter().zip(published.factors.iter()) {
             let difference = (found - expected).abs();
             assert!(difference < 1e-9, "{path}: {found} {expected}");
         }

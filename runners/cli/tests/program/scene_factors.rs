@@ -2,14 +2,7 @@
 
 use crate::common;
 
-use common::{Folder, Ran};
-
-/// Runs the program, which must end with this status.
-fn ended(status: i32, args: &[&str]) -> Ran {
-    let ran = common::fredholm(args);
-    assert_eq!(ran.status, Some(status), "{ran:?}");
-    ran
-}
+use common::{Folder, ended};
 
 /// View3D's example: two unit squares with a square half-way between, which hides a quarter.
 const DECK: &str = "T Two squares\nC encl=0 list=3\nF 3\nV 1 0 0 0\nV 2 1 0 0\nV 3 1 1 0\nV 4 0 1 0\nV 5 0 0 1\nV 6 1 0 1\n\

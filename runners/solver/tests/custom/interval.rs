@@ -1,41 +1,27 @@
 //! An equation on an interval with several degrees and pointwise pairs, beside the same as a cube of closures.
 
+use core::convert::Infallible;
+
 use fredholm::{CubeModel, CustomModel, Estimator, Method, Pairs, Solver};
 use fredholm_core::Located;
-use fredholm_core::galerkin::PairIntegral;
+use fredholm_core::galerkin::{Cells, PairIntegral};
 
-use crate::common::Interval;
-
-#[derive(Debug)]
-struct NoCells;
-
-impl core::fmt::Display for NoCells {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str("there must be a cell")
-    }
-}
-
-impl core::error::Error for NoCells {}
+use crate::common::Line;
 
 /// u(x) = ½ ∫₀¹ exp(−xy) u(y) dy + 1 + x.
-fn laplace(cells: usize) -> Result<Interval, NoCells> {
-    if cells == 0 {
-        return Err(NoCells);
-    }
-    Ok(Interval {
-        cells,
-        kernel: |x, y| 0.5 * (-x * y).exp(),
-        source: |x| 1.0 + x,
-    })
+type Laplace = Line<fn(f64, f64) -> f64, fn(f64) -> f64>;
+
+fn laplace(cells: usize) -> Result<Laplace, Infallible> {
+    Ok(Line(|x, y| 0.5 * (-x * y).exp(), |x| 1.0 + x, cells))
 }
 
-/// The integrals of the kernel of [`laplace`].
-impl PairIntegral for Interval {
+impl PairIntegral for Laplace {
     fn pair_integral(&self, x: &Located<f64>, j: usize) -> [f64; 1] {
-        let middle = (j as f64 + 0.5) * self.width();
-        let z = 0.5 * x.point * self.width();
+        let width = self.measure(j);
+        let middle = (j as f64 + 0.5) * width;
+        let z = 0.5 * x.point * width;
         let mean = if z == 0.0 { 1.0 } else { z.sinh() / z };
-        [0.5 * self.width() * (-x.point * middle).exp() * mean]
+        [0.5 * width * (-x.point * middle).exp() * mean]
     }
 }
 

@@ -193,6 +193,23 @@ pub(crate) fn fredholm(args: &[&str]) -> Ran {
     wait(command(args).spawn().unwrap())
 }
 
+/// Runs the program, which must end with this status.
+pub(crate) fn ended(status: i32, args: &[&str]) -> Ran {
+    let ran = fredholm(args);
+    assert_eq!(ran.status, Some(status), "{ran:?}");
+    ran
+}
+
+/// The report of a run that succeeds.
+pub(crate) fn json(args: &[&str]) -> Value {
+    ended(0, &[args, &["--json"]].concat()).json()
+}
+
+/// The estimate of this kind of a target and its standard error.
+pub(crate) fn estimate(target: &Value, kind: &str) -> [f64; 2] {
+    ["estimate", "std_error"].map(|name| number(&target[kind], name))
+}
+
 /// Starts the program in a shell behind these commands: `ulimit -f` with a number of KiB stands for a full disk. With
 /// `trap '' XFSZ` a write fails then, and without it the system kills who writes.
 pub(crate) fn limited(limits: &str, args: &[&str]) -> Child {

@@ -1,11 +1,12 @@
-//! The global estimate of rooms and spheres: what it says against fine solutions, and its bands against what they promise.
-//! `FREDHOLM_LONG` takes 1,000 seeds, and 10⁸ states for unbiasedness.
+//! Rooms and spheres.
 
 use fredholm::room::{Beside, FieldRequest, Material, Spot, Stretch, Surfaces};
 use fredholm::{
-    Estimator, Form, GlobalEstimate, Model, Pairs, Region, RoomModel, Scalar, SolveError, Solver,
+    Estimator, Form, GlobalEstimate, GlobalValue, Model, Pairs, Region, RoomModel, Scalar, Solver,
     SphereModel,
 };
+
+use super::{fewest, long, refused, threads_change_no_bit_of};
 
 /// A room with a lit wall, a black one, and a box that hides walls from each other; its ceiling may be missing.
 fn room(open: bool) -> RoomModel {
@@ -34,10 +35,6 @@ fn room(open: bool) -> RoomModel {
 
 const FLOOR: usize = 0;
 const BLACK: usize = 1;
-
-fn long() -> bool {
-    std::env::var_os("FREDHOLM_LONG").is_some()
-}
 
 /// Points on all walls, points in the air, and means.
 fn regions(model: &RoomModel) -> Vec<Region> {
@@ -85,16 +82,15 @@ fn values_are_those_of_a_fine_solution() {
             let error = summary.largest_std_error.unwrap();
             assert!(summary.truncation < 0.5 * error, "{summary:?}");
             let mut largest = 0.0_f64;
-            let mut compare =
-                |name: &str, region: &Region, found: fredholm::GlobalValue, exact: f64| {
-                    let bar = found.std_error.unwrap().max(1e-12);
-                    let z = (found.estimate - exact) / bar;
-                    assert!(
-                        z.abs() < MOST,
-                        "open: {open}, {name} {region:?}: {z}, {found:?}, {exact}"
-                    );
-                    largest = largest.max(z.abs());
-                };
+            let mut compare = |name: &str, region: &Region, found: GlobalValue, exact: f64| {
+                let bar = found.std_error.unwrap().max(1e-12);
+                let z = (found.estimate - exact) / bar;
+                assert!(
+                    z.abs() < MOST,
+                    "open: {open}, {name} {region:?}: {z}, {found:?}, {exact}"
+                );
+                largest = largest.max(z.abs());
+            };
             let both = whole.values(&regions).unwrap().into_iter();
             for ((region, found), exact) in
                 regions.iter().zip(both).zip(fine.values(&regions).unwrap())
@@ -220,19 +216,6 @@ fn pictures_are_those_of_a_fine_solution() {
     assert!((0.7..1.4).contains(&ratio), "{ratio}");
 }
 
-/// The fewest successes of n with probability p that leave all but `tail` of the distribution above them.
-fn fewest(n: u32, p: f64, tail: f64) -> u32 {
-    // In logarithms: of a thousand the first probabilities are no numbers of f64.
-    let mut term = f64::from(n) * (1.0 - p).ln();
-    let (mut below, mut k) = (0.0, 0);
-    while below + term.exp() <= tail && k < n {
-        below += term.exp();
-        term += (f64::from(n - k) / f64::from(k + 1) * p / (1.0 - p)).ln();
-        k += 1;
-    }
-    k
-}
-
 /// **Bands cover** the room everywhere at once, and the sphere; by day 40 seeds of each, in the long form 1,000.
 #[test]
 fn bands_cover() {
@@ -262,7 +245,7 @@ fn bands_cover() {
                 .seed(u64::from(seed))
                 .walks(4096);
             let values = solver.whole().unwrap().values(points).unwrap();
-            let within = |(value, exact): (&fredholm::GlobalValue, &f64)| {
+            let within = |(value, exact): (&GlobalValue, &f64)| {
                 (value.estimate - exact).abs() <= value.band.unwrap()
             };
             found += u32::from(values.iter().zip(exact).all(within));
@@ -325,35 +308,18 @@ fn a_sphere_has_its_solution() {
 #[test]
 fn threads_change_no_bit() {
     let model = room(false);
-    let bits = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
-        pool.install(|| {
-            let whole = Solver::new(&model).cells(30).walks(2000).whole().unwrap();
-            let values = whole.values(&regions(&model)).unwrap().into_iter();
-            values
-                .map(|v| [v.estimate, v.std_error.unwrap()].map(f64::to_bits))
-                .collect::<Vec<_>>()
-        })
-    };
-    assert_eq!(bits(1), bits(3));
+    threads_change_no_bit_of(&|| {
+        let whole = Solver::new(&model).cells(30).walks(2000).whole().unwrap();
+        whole.values(&regions(&model)).unwrap()
+    });
 }
 
 #[test]
 fn what_cannot_be_is_refused() {
     let model = room(false);
-    match Solver::new(&model).cells(20).degree(4).whole() {
-        Err(SolveError::Failed(error)) => {
-            assert!(
-                error.to_string().contains("a `degree` of at most 3"),
-                "{error}"
-            );
-        }
-        other => panic!("{other:?}"),
-    }
-    let whole = Solver::new(&model).cells(20).walks(1024).whole().unwrap();
+    let solver = Solver::new(&model).cells(20);
+    refused(solver.clone().degree(4), "a `degree` of at most 3");
+    let whole = solver.walks(1024).whole().unwrap();
     let air = Region::Point(vec![0.5, 0.5]);
     assert!(whole.functional(&air).unwrap().band.is_none());
     let message = whole.irradiance(&air).unwrap_err().to_string();

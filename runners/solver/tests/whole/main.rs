@@ -1,13 +1,17 @@
-//! The global estimate: what it says against known solutions, and its bands against what they promise. `FREDHOLM_LONG`
+//! The global estimate: what it says against known and fine solutions, and its bands against what they promise. `FREDHOLM_LONG`
 //! takes 1,000 seeds of every problem, and 10⁸ states for unbiasedness.
+
+mod means;
+mod rooms;
+mod scenes;
 
 use core::f64::consts::{PI, TAU};
 
 use fredholm::StopReason;
 use fredholm::circle::{Emission, Harmonic};
 use fredholm::{
-    CircleModel, CubeModel, Estimator, GlobalEstimate, Model, Observer, Region, Scalar, SolveError,
-    SolveObserver, Solver, Tolerance, WeightFn,
+    CircleModel, CubeModel, Estimator, GlobalEstimate, GlobalValue, Model, Observer, Region,
+    Scalar, SolveError, SolveObserver, Solver, Tolerance, WeightFn,
 };
 
 const LIGHT: Harmonic = Harmonic {
@@ -101,7 +105,7 @@ fn bands_cover() {
         for seed in 1..=seeds {
             let whole = case.solver(seed).walks(4096).whole().unwrap();
             let values = whole.grid(case.grid).unwrap();
-            let miss = |(region, value): &(Region, fredholm::GlobalValue)| {
+            let miss = |(region, value): &(Region, GlobalValue)| {
                 let exact = case.model.exact(region).unwrap().unwrap();
                 let off = (value.estimate - exact).abs();
                 [
@@ -259,36 +263,31 @@ fn what_t_k_lets_nothing_through_to_is_exact() {
     assert!(off < 1e-15 && value.std_error.unwrap() < 1e-15, "{value:?}");
 }
 
-/// Kernels like |x − y|^−a and a logarithm, and a product of such ones, with u = 1 + x₁: the integral of y times them is in
-/// closed form. Errors of points and means are within their bars, and bars are small.
-/// As bits, of the values of a grid and of a mean.
-fn bits(whole: &GlobalEstimate<'_>, model: &dyn Model) -> Vec<[u64; 3]> {
-    let mut values: Vec<_> = whole
-        .grid(9)
-        .unwrap()
-        .into_iter()
-        .map(|(_, value)| value)
-        .collect();
-    values.push(whole.functional(&model.whole()).unwrap());
-    let of = |value: &fredholm::GlobalValue| {
-        let band = value.band.unwrap_or(0.0);
-        [value.estimate, value.std_error.unwrap(), band].map(f64::to_bits)
+/// Asserts that these values have the same bits on one thread and on three.
+fn threads_change_no_bit_of(values: &(dyn Fn() -> Vec<GlobalValue> + Sync)) {
+    let with = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        let values = pool.build().unwrap().install(values);
+        let of = |value: &GlobalValue| {
+            let band = value.band.unwrap_or(0.0);
+            [value.estimate, value.std_error.unwrap(), band].map(f64::to_bits)
+        };
+        values.iter().map(of).collect::<Vec<_>>()
     };
-    values.iter().map(of).collect()
+    assert_eq!(with(1), with(3));
 }
 
 #[test]
 fn threads_change_no_bit() {
     for case in cases() {
         for scalar in [Scalar::F64, Scalar::F32] {
-            let with = |threads| {
-                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-                pool.build().unwrap().install(|| {
-                    let whole = case.solver(3).scalar(scalar).walks(3000).whole().unwrap();
-                    bits(&whole, &*case.model)
-                })
-            };
-            assert_eq!(with(1), with(3), "{}", case.name);
+            threads_change_no_bit_of(&|| {
+                let whole = case.solver(3).scalar(scalar).walks(3000).whole().unwrap();
+                let values = whole.grid(9).unwrap().into_iter();
+                let mut values: Vec<_> = values.map(|(_, value)| value).collect();
+                values.push(whole.functional(&case.model.whole()).unwrap());
+                values
+            });
         }
     }
 }
@@ -390,7 +389,7 @@ fn values_without_a_projection_have_no_floor() {
     ] {
         let solver = Solver::new(model).cells(cells).absorption(0.2);
         let solver = solver.walks(1 << 20);
-        let off = |x: f64, value: &fredholm::GlobalValue| {
+        let off = |x: f64, value: &GlobalValue| {
             let exact = model.exact(&Region::Point(vec![x])).unwrap().unwrap();
             ((value.estimate - exact) / value.std_error.unwrap()).abs()
         };
@@ -412,16 +411,20 @@ fn values_without_a_projection_have_no_floor() {
     ));
 }
 
+/// Asserts that there is no global estimate, for a reason with these words.
+fn refused(solver: Solver<'_>, words: &str) {
+    match solver.whole() {
+        Err(SolveError::Failed(error)) => {
+            let message = error.to_string();
+            assert!(message.contains(words), "{message}");
+        }
+        other => panic!("{words}: {other:?}"),
+    }
+}
+
 #[test]
 fn what_cannot_be_is_refused() {
     let model = circle();
-    let refused = |solver: Solver<'_>, text: &str| match solver.whole() {
-        Err(SolveError::Failed(error)) => {
-            let message = error.to_string();
-            assert!(message.contains(text), "{message}");
-        }
-        other => panic!("{text}: {other:?}"),
-    };
     let solver = || Solver::new(&model).cells(20);
     refused(solver().score_degree(0), "of a higher degree than v");
     refused(solver().score_degree(8), "at most 7");

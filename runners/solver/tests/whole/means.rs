@@ -2,20 +2,14 @@
 
 use core::f64::consts::{PI, TAU};
 
-use fredholm::circle::{Emission, Harmonic};
 use fredholm::room::{Material, Surfaces};
-use fredholm::{CircleModel, CubeModel, Error, Region, RoomModel, Scalar, Solver};
+use fredholm::{CubeModel, Error, Region, RoomModel, Scalar, Solver};
 
 /// Means over the cells of grids: around the circle past the angle 0, against the mean over an arc, which knows where u jumps; of
 /// a box against the integral of sin.
 #[test]
 fn means_over_cells_are_those_of_the_solution() {
-    let light = Harmonic {
-        constant: 5.0,
-        amplitude: 1.0,
-        frequency: 5,
-    };
-    let model = CircleModel::new(vec![0.3, 0.7], Emission::Harmonic(light));
+    let model = super::circle();
     let whole = Solver::new(&model).cells(40).walks(20_000);
     let whole = whole.whole().unwrap();
     let ends = [0.5, 1.7, 6.0, 0.5];

@@ -1,14 +1,9 @@
-//! The global estimate of scenes: means over cells against separate walks and balances, and bands against what they promise.
-//! `FREDHOLM_LONG` takes 1,000 seeds, and a hundred times as many walks.
+//! Scenes: means over cells against separate walks and balances. `FREDHOLM_LONG` takes a hundred times as many walks.
 
 use fredholm::scene::{Enclosure, Material, NamedSurface, SkyLight, shapes};
-use fredholm::{
-    Estimator, Form, GlobalEstimate, GlobalValue, Region, Scalar, SceneModel, SolveError, Solver,
-};
+use fredholm::{Estimator, Form, GlobalEstimate, GlobalValue, Region, Scalar, SceneModel, Solver};
 
-fn long() -> bool {
-    std::env::var_os("FREDHOLM_LONG").is_some()
-}
+use super::{long, refused, threads_change_no_bit_of};
 
 /// A box whose ceiling shines and whose floor is black, with walls of two reflectances; without its ceiling an open one.
 fn room(is_open: bool) -> SceneModel {
@@ -177,31 +172,15 @@ fn bands_cover() {
 #[test]
 fn threads_change_no_bit() {
     let model = room(false);
-    let bits = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
-        pool.install(|| {
-            let solver = Solver::new(&model).cells(20).degree(1).walks(1024);
-            let values = solver.whole().unwrap().mesh_values().into_iter();
-            values
-                .map(|v| [v.estimate, v.std_error.unwrap()].map(f64::to_bits))
-                .collect::<Vec<_>>()
-        })
-    };
-    assert_eq!(bits(1), bits(2));
+    threads_change_no_bit_of(&|| {
+        let solver = Solver::new(&model).cells(20).degree(1).walks(1024);
+        solver.whole().unwrap().mesh_values()
+    });
 }
 
 #[test]
 fn what_cannot_be_is_refused() {
     let model = room(false);
-    let refused = |solver: Solver<'_>, words: &str| match solver.whole() {
-        Err(SolveError::Failed(error)) => {
-            assert!(error.to_string().contains(words), "{error}");
-        }
-        other => panic!("{other:?}"),
-    };
     let solver = || Solver::new(&model).cells(12).walks(64);
     refused(solver().at([1.0, 0.5, 0.0]), "is a point");
     refused(solver().score_degree(1), "means over cells");
