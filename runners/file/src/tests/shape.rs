@@ -154,7 +154,7 @@ fn missing_keys() {
     let text = format!("{problem}emission = «{{}}»");
     fails(&text, &["`constant` is missing in `emission`"]);
     let text = format!("{problem}emission = 0\n[[target]]\nover = [0,\n  1]");
-    let file = super::super::read("t.toml", &text).unwrap();
+    let file = read("t.toml", &text).unwrap();
     assert_eq!(file.targets[0].name.value, "over = [0, 1]");
 }
 
