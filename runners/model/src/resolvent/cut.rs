@@ -6,7 +6,7 @@ use fredholm_core::resolvent::{
     ResolventTables, ends, grading, is_rough, singularity,
 };
 use fredholm_core::{Real, Tolerance};
-use fredholm_rayon::{Observer, fill_rows};
+use fredholm_rayon::{Observer, fill_rows, gathered};
 use fredholm_variance::gauss;
 
 use super::blocks::Blocks;
@@ -170,7 +170,7 @@ where
     let (cells, own) = (equation.cells(), functions(E::DIMENSION, degree));
     // Of one node more on the right: no two of them are the same.
     let rules = [gauss(degree + 1)?, gauss(degree + 2)?].map(|rule| on_axis(&rule));
-    let exponent = singularity(&equation);
+    let exponent = gathered(|| singularity(&equation));
     if exponent >= LEAST_INFINITE * E::DIMENSION as f64 {
         return Err(Error::Regular {
             message: format!(
@@ -178,7 +178,7 @@ where
             ),
         });
     }
-    let (ends, at_ends) = ends(&equation)?;
+    let (ends, at_ends) = gathered(|| ends(&equation))?;
     if at_ends >= LEAST_INFINITE {
         return Err(Error::Regular {
             message: format!(
@@ -199,7 +199,8 @@ where
             }),
         }
     })?;
-    let source: Vec<f64> = (0..cells).flat_map(|cell| rows.source(cell)).collect();
+    let source = || (0..cells).flat_map(|cell| rows.source(cell)).collect();
+    let source: Vec<f64> = gathered(source);
     if !source.iter().all(|x| x.is_finite()) {
         return Err(Error::NotFinite {
             what: "the source".to_owned(),
@@ -208,7 +209,7 @@ where
     drop(rows);
     let near = match near > 1 {
         true => near,
-        false => i32::from(is_rough(&equation)),
+        false => i32::from(gathered(|| is_rough(&equation))),
     };
     let measures: Vec<f64> = (0..cells).map(|cell| equation.measure(cell)).collect();
     let mut resolvent = Vec::new();
@@ -333,7 +334,9 @@ where
             Ok::<(), Error>(())
         })?;
         let (near, differences): (Vec<i32>, Vec<Vec<f64>>) = rows.into_iter().unzip();
-        Ok((resolvent.looks(differences.concat())?, near))
+        let differences = differences.concat();
+        let looks = gathered(|| resolvent.looks(differences.clone()))?;
+        Ok((looks, near))
     }
 
     /// What a goal asks for, with its coefficients (ψ, Φ).
