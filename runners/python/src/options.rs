@@ -56,25 +56,34 @@ fn set<T>(to: &mut Placed<T>, name: &'static str, value: Option<T>) {
     }
 }
 
+fn set_open<T>(to: &mut Option<Placed<T>>, name: &'static str, value: Option<T>) {
+    if let Some(value) = value {
+        *to = Some(Placed::flag(name, value));
+    }
+}
+
 /// Puts the options in the place of the file's values.
 pub(crate) fn replace(file: &mut ProblemFile, options: &Bound<'_, PyDict>) -> PyResult<()> {
-    if let Some(cells) = given(options, "cells")? {
-        file.galerkin.cells = Some(Placed::flag("cells", cells));
-    }
-    if let Some(lift) = given(options, "lift")? {
-        file.galerkin.lift = Some(Placed::flag("lift", lift));
-    }
-    set(
-        &mut file.galerkin.degree,
-        "degree",
-        given(options, "degree")?,
+    let galerkin = &mut file.galerkin;
+    set_open(&mut galerkin.cells, "cells", given(options, "cells")?);
+    set_open(&mut galerkin.lift, "lift", given(options, "lift")?);
+    set_open(&mut galerkin.points, "points", given(options, "points")?);
+    set_open(&mut galerkin.grading, "grading", given(options, "grading")?);
+    set_open(
+        &mut galerkin.shadow_cuts,
+        "shadow_cuts",
+        given(options, "shadow_cuts")?,
     );
-    set(&mut file.galerkin.pairs, "pairs", word(options, "pairs")?);
+    set(&mut galerkin.degree, "degree", given(options, "degree")?);
+    set(&mut galerkin.pairs, "pairs", word(options, "pairs")?);
     let walk = &mut file.walk;
+    set_open(&mut walk.method, "method", word(options, "method")?);
     set(&mut walk.walks, "walks", given(options, "walks")?);
-    if let Some(absorption) = given(options, "absorption")? {
-        walk.absorption = Some(Placed::flag("absorption", absorption));
-    }
+    set_open(
+        &mut walk.absorption,
+        "absorption",
+        given(options, "absorption")?,
+    );
     set(
         &mut walk.estimator,
         "estimator",
@@ -88,26 +97,31 @@ pub(crate) fn replace(file: &mut ProblemFile, options: &Bound<'_, PyDict>) -> Py
         given(options, "forced_steps")?,
     );
     // `global` is a word of Python.
-    if let Some(global) = given(options, "global_")? {
-        walk.global = Some(Placed::flag("global_", global));
-    }
-    if let Some(last) = given(options, "last_step")? {
-        walk.last_step = Some(Placed::flag("last_step", last));
-    }
-    if let Some(adjoint) = given(options, "adjoint")? {
-        walk.adjoint = Some(Placed::flag("adjoint", adjoint));
-    }
+    set_open(&mut walk.global, "global_", given(options, "global_")?);
+    set_open(
+        &mut walk.last_step,
+        "last_step",
+        given(options, "last_step")?,
+    );
+    set_open(&mut walk.adjoint, "adjoint", given(options, "adjoint")?);
     set(&mut walk.scalar, "scalar", word(options, "scalar")?);
     set(&mut walk.seed, "seed", given(options, "seed")?);
     set(&mut walk.batch, "batch", given(options, "batch")?);
     set(&mut walk.relative, "relative", given(options, "relative")?);
-    if let Some(error) = given(options, "target_error")? {
-        walk.target_error = Some(Placed::flag("target_error", error));
-    }
+    set_open(
+        &mut walk.target_error,
+        "target_error",
+        given(options, "target_error")?,
+    );
     if let Some(allow) = given(options, "allow_infinite_variance")? {
         walk.allow_infinite_variance = allow;
     }
     Ok(())
+}
+
+/// The degree of the polynomials on whose coefficients the walks of a global estimate score.
+pub(crate) fn score_degree(options: &Bound<'_, PyDict>) -> PyResult<Option<usize>> {
+    given(options, "score_degree")
 }
 
 /// The time after which walks end.
