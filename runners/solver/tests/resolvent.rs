@@ -381,7 +381,7 @@ fn by_coarse([cells, coarse]: [usize; 2], seed: u64) -> [f64; 2] {
         |x: f64| f64::from(u8::from(x > 0.4)),
     );
     let grid = |cells| Grid::new(step, &[], cells);
-    let cut = cut_of(grid(cells), &Values, 0, Some((grid(coarse), 0))).unwrap();
+    let cut = cut_of(grid(cells), &Values, 0, Some((grid(coarse), 0)), &()).unwrap();
     let goals = [
         Goal::new("point", Region::Point(vec![0.95])),
         Goal::new("mean", Region::Whole),

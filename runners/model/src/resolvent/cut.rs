@@ -11,7 +11,7 @@ use fredholm_variance::gauss;
 
 use super::blocks::Blocks;
 use super::images::{ImageField, ImageMaker, scored};
-use super::inverse::{Factors, factors, inverse};
+use super::inverse::{Factors, factors, go_on, inverse};
 use super::walks::{Imaging, Sums, Walks};
 use super::{Functional, RegularKind, ResolventEstimate, ResolventFigures};
 use crate::{Error, GlobalField, Goal, Region};
@@ -140,20 +140,21 @@ pub(super) fn on_axis(rule: &[(f64, f64)]) -> Vec<AxisNode> {
 /// Solves an equation with polynomials of a degree; with fewer cells and their degree walks go on by the resolvent of these.
 ///
 /// # Errors
-/// [`Error::NotFinite`], [`Error::Regular`]: I − K' is singular. [`Error::Galerkin`]: memory.
+/// [`Error::NotFinite`], [`Error::Regular`]: I − K' is singular. [`Error::Galerkin`]: memory. [`Error::Cancelled`].
 pub fn cut_of<'k, E, K>(
     equation: E,
     kind: &'k K,
     degree: usize,
     coarse: Option<(E, usize)>,
+    watch: &dyn Observer,
 ) -> Result<Box<dyn ResolventCut + 'k>, Error>
 where
     E: Regular<Point: Send + Sync> + Send + Sync + 'k,
     K: RegularKind<E>,
 {
-    let coarse = coarse.map(|(equation, degree)| solved(equation, kind, degree, None));
+    let coarse = coarse.map(|(equation, degree)| solved(equation, kind, degree, None, watch));
     let coarse = coarse.transpose()?;
-    Ok(Box::new(solved(equation, kind, degree, coarse)?))
+    Ok(Box::new(solved(equation, kind, degree, coarse, watch)?))
 }
 
 /// A solved equation, with a coarse one or none.
@@ -162,6 +163,7 @@ fn solved<'k, E, K>(
     kind: &'k K,
     degree: usize,
     coarse: Option<Cut<'k, E, K>>,
+    watch: &dyn Observer,
 ) -> Result<Cut<'k, E, K>, Error>
 where
     E: Regular<Point: Send + Sync> + Send + Sync,
@@ -192,6 +194,7 @@ where
     let width = cells * own;
     let mut kernel: Vec<f64> = buffer(width.saturating_mul(width))?;
     fill_rows(&mut kernel, own * width, |cell, row| {
+        go_on(watch)?;
         match rows.fill(cell, row) {
             true => Ok(()),
             false => Err(Error::NotFinite {
@@ -215,7 +218,7 @@ where
     let mut resolvent = Vec::new();
     let (correction, coarse, condition) = match coarse {
         Some(cut) => {
-            let (factors, condition) = factors(&kernel, width)?;
+            let (factors, condition) = factors(&kernel, width, watch)?;
             let mut correction = factors.direct(source.clone());
             let values = correction.iter_mut().zip(&source);
             values.for_each(|(g, f)| *g -= f);
@@ -228,7 +231,7 @@ where
         }
         None => {
             let condition;
-            (resolvent, condition) = inverse(&kernel, width)?;
+            (resolvent, condition) = inverse(&kernel, width, watch)?;
             let mut correction: Vec<f64> = buffer(width)?;
             fill_rows(&mut correction, 1, |row, out| {
                 // (I − K')⁻¹ − I.
@@ -269,7 +272,7 @@ where
         ends,
         rules,
     };
-    (cut.looks, cut.near) = cut.look()?;
+    (cut.looks, cut.near) = cut.look(watch)?;
     let all = cut.difference();
     if let Some(coarse) = &mut cut.coarse {
         let share = all / coarse.cut.difference();
@@ -323,11 +326,12 @@ where
     }
 
     /// How large K − K_n is, and how points draw near within cells.
-    fn look(&self) -> Result<(ResolventLooks, Vec<i32>), Error> {
+    fn look(&self, watch: &dyn Observer) -> Result<(ResolventLooks, Vec<i32>), Error> {
         let resolvent = self.resolvent();
         let cells = self.measures.len();
         let mut rows = vec![(1, vec![0.0; cells]); cells];
         fill_rows(&mut rows, 1, |cell, rows| {
+            go_on(watch)?;
             for (near, row) in rows {
                 *near = resolvent.look_at_pairs(cell, row);
             }

@@ -643,7 +643,7 @@ impl<E: CustomEquation<Scalar = f64>> Model for CustomModel<E> {
         resolvent::answer(question, &sizes, &|fine, coarse| {
             let (grid, degree) = cut(fine)?;
             let coarse = coarse.map(cut).transpose()?;
-            resolvent::cut_of(grid, &self.equations, degree, coarse)
+            resolvent::cut_of(grid, &self.equations, degree, coarse, question.watch)
         })
     }
 
