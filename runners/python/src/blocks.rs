@@ -1,11 +1,14 @@
 //! Functions that are called with blocks of points, though set-ups and walks ask for one value at a time.
 //!
-//! Where walks of a cube go does not depend on K or F. So a batch of walks is run to see which values it asks for, the
-//! functions are called once with all of them, and the batch is run again with the values. What asks otherwise the second
-//! time, as an adaptive rule does, is recorded again from there on. Set-ups keep what they found, so that one is rehearsed on
-//! a copy of the equation. The values, and so the bits, are those of calls one by one.
+//! A piece of work is run to see which values it asks for, the functions are called once with all of them, and the piece is run again
+//! with the values. What asks for others the second time, as an adaptive rule does or a walk that goes on, is recorded again. Set-ups of
+//! chains keep what they found, so that one is rehearsed on a copy of the equation. The values, and so the bits, are those of calls one by
+//! one.
 
-use core::cell::RefCell;
+use core::cell::{Cell, RefCell};
+use core::hash::{BuildHasherDefault, Hasher};
+use core::ops::Range;
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use fredholm::cost::{Cost, PointwisePairs};
@@ -15,29 +18,68 @@ use fredholm::{
     CubeModel, Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, System, WalkOptions,
 };
 use fredholm_core::{Batch, Job, NotFinite};
-use fredholm_model::Deterministic;
+use fredholm_model::{Deterministic, GlobalSystem};
+use fredholm_rayon::{Gather, is_complete, leave_out, with_gather};
 
 use crate::functions::Caller;
 
-/// Runs of one piece of work. An adaptive rule takes one for each of its levels; what takes more calls one by one.
+/// Values that are asked for together, about: further pieces wait for those.
+const TOGETHER: usize = 1 << 16;
+/// Runs of a piece. Those that ask for few values are worth it some times, until it turns out what is asked for next; what goes on like that, as
+/// the search for the place of a jump does, calls one by one.
 const RUNS: usize = 32;
+const FEW: usize = 16;
+const MOST_SHORT: usize = 6;
 
 thread_local! {
     /// The tape of the work that this thread does.
     static TAPE: RefCell<Option<Tape>> = const { RefCell::new(None) };
 }
 
-/// The places at which a function is asked for values, in their order, and the values so far.
+/// Hashes a number that is a hash already.
+#[derive(Default)]
+struct AsIs(u64);
+
+impl Hasher for AsIs {
+    fn write(&mut self, _: &[u8]) {}
+
+    fn write_u128(&mut self, number: u128) {
+        self.0 = number as u64;
+    }
+
+    fn finish(&self) -> u64 {
+        self.0
+    }
+}
+
+/// Places at which a function is asked for values, in the order in which it is, and the values so far.
 #[derive(Debug, Default)]
 pub(crate) struct Track {
     dimension: usize,
     x: Vec<f64>,
     y: Vec<f64>,
     values: Vec<f64>,
-    /// The number of the next place in this run.
+    /// The number of the place that this run asks for next, if it asks as the one before did.
     next: usize,
-    /// Whether what is not known is left to the one who asks. Otherwise it is 0, and recorded.
-    is_known: bool,
+    /// The numbers of the first so many places, once a run asks otherwise: by 128 bits, so that no two places are ever one.
+    numbers: HashMap<u128, usize, BuildHasherDefault<AsIs>>,
+    numbered: usize,
+}
+
+/// 128 bits of a place.
+fn key(x: &[f64], y: &[f64]) -> u128 {
+    let mut halves = [0x243f_6a88_85a3_08d3_u64, 0x1319_8a2e_0370_7344];
+    for coordinate in x.iter().chain(y) {
+        // 0 and -0 are one place.
+        let bits = (coordinate + 0.0).to_bits();
+        let odd = [0x9e37_79b9_7f4a_7c15_u64, 0xbf58_476d_1ce4_e5b9];
+        for (half, odd) in halves.iter_mut().zip(odd) {
+            let product = u128::from(*half ^ bits) * u128::from(odd);
+            *half = (product as u64 ^ (product >> 64) as u64).wrapping_add(odd);
+            *half = (*half ^ *half >> 29).wrapping_mul(0x94d0_49bb_1331_11eb);
+        }
+    }
+    u128::from(halves[0]) << 64 | u128::from(halves[1])
 }
 
 impl Track {
@@ -48,29 +90,51 @@ impl Track {
         }
     }
 
-    /// The value at (x, y), or 0 until it is known; `None`: somebody else must know it.
-    fn value(&mut self, x: &[f64], y: &[f64]) -> Option<f64> {
-        let at = self.next;
-        if let Some(&value) = self.values.get(at) {
-            let place = at * x.len()..(at + 1) * x.len();
-            if self.x[place.clone()] == *x && (y.is_empty() || self.y[place] == *y) {
-                self.next += 1;
-                return Some(value);
-            }
+    /// The number of places.
+    fn places(&self) -> usize {
+        self.x.len() / self.dimension
+    }
+
+    fn is_at(&self, number: usize, x: &[f64], y: &[f64]) -> bool {
+        let place = number * x.len()..(number + 1) * x.len();
+        self.x.get(place.clone()) == Some(x) && (y.is_empty() || self.y.get(place) == Some(y))
+    }
+
+    /// The number of a place that an earlier run asked for.
+    fn find(&mut self, x: &[f64], y: &[f64]) -> Option<usize> {
+        if self.is_at(self.next, x, y) {
+            return Some(self.next);
         }
-        if self.is_known {
+        for number in self.numbered..self.places() {
+            let place = number * self.dimension..(number + 1) * self.dimension;
+            let other = self.y.get(place.clone()).unwrap_or(&[]);
+            self.numbers.insert(key(&self.x[place], other), number);
+        }
+        self.numbered = self.places();
+        self.numbers.get(&key(x, y)).copied()
+    }
+
+    /// The value at (x, y), or `unknown` until it is known; `None`: somebody else must know it.
+    fn value(&mut self, x: &[f64], y: &[f64], (run, unknown): (Run, f64)) -> Option<f64> {
+        let left_out = || {
+            leave_out();
+            unknown
+        };
+        let found = match run {
+            // All places are new, but for those that are there twice.
+            Run::First => None,
+            _ => self.find(x, y),
+        };
+        if let Some(number) = found {
+            self.next = number + 1;
+            return Some(self.values.get(number).copied().unwrap_or_else(left_out));
+        }
+        if matches!(run, Run::Known) {
             return None;
         }
-        // If the work asks otherwise than before, it does so from here on.
-        if at < self.values.len() {
-            self.values.truncate(at);
-            self.x.truncate(at * x.len());
-            self.y.truncate(at * y.len());
-        }
-        self.next += 1;
         self.x.extend_from_slice(x);
         self.y.extend_from_slice(y);
-        Some(0.0)
+        Some(left_out())
     }
 
     /// The places without a value, if there are some.
@@ -80,10 +144,25 @@ impl Track {
         Some([x, self.y.get(known..).unwrap_or_default()])
     }
 
+    fn open(&self) -> usize {
+        self.places() - self.values.len()
+    }
+
     /// Adds the values of what was asked.
     pub(crate) fn fill(&mut self, values: &[f64]) {
         self.values.extend_from_slice(values);
     }
+}
+
+/// What a run of work is for.
+#[derive(Clone, Copy, Debug)]
+enum Run {
+    /// To see what it asks for.
+    First,
+    /// To see what it asks for besides.
+    Further,
+    /// What is not known is left to the one who asks.
+    Known,
 }
 
 /// The values that a piece of work asks for.
@@ -91,41 +170,132 @@ impl Track {
 pub(crate) struct Tape {
     pub(crate) kernel: Track,
     pub(crate) source: Track,
+    run: Run,
+    /// What stands for a value that is not known yet.
+    unknown: f64,
 }
 
 impl Tape {
-    fn new(dimension: usize) -> Self {
+    fn new(dimension: usize, unknown: f64) -> Self {
         Self {
             kernel: Track::new(dimension),
             source: Track::new(dimension),
+            run: Run::First,
+            unknown,
         }
     }
 
-    fn rewind(&mut self) {
+    /// The tape for another run.
+    fn rewound(mut self, run: Run) -> Self {
         self.kernel.next = 0;
         self.source.next = 0;
-    }
-
-    /// The tape for the work itself, after rehearsals.
-    fn known(mut self) -> Self {
-        self.rewind();
-        self.kernel.is_known = true;
-        self.source.is_known = true;
+        self.run = run;
         self
     }
 
-    fn is_open(&self) -> bool {
-        self.kernel.asked().is_some() || self.source.asked().is_some()
+    fn open(&self) -> usize {
+        self.kernel.open() + self.source.open()
+    }
+}
+
+/// The number of values that this thread's tape asks for.
+fn open() -> usize {
+    TAPE.with_borrow(|tape| tape.as_ref().map_or(0, Tape::open))
+}
+
+/// Whether this thread does again what it has done before.
+pub(crate) fn is_repeated() -> bool {
+    TAPE.with_borrow(|tape| {
+        tape.as_ref()
+            .is_some_and(|tape| !matches!(tape.run, Run::First))
+    })
+}
+
+/// K(x, y) by the tape of this thread, if that has one.
+pub(crate) fn kernel(x: &[f64], y: &[f64]) -> Option<f64> {
+    TAPE.with_borrow_mut(|tape| {
+        let tape = tape.as_mut()?;
+        tape.kernel.value(x, y, (tape.run, tape.unknown))
+    })
+}
+
+/// F(x) by the tape of this thread, if that has one.
+pub(crate) fn source(x: &[f64]) -> Option<f64> {
+    TAPE.with_borrow_mut(|tape| {
+        let tape = tape.as_mut()?;
+        tape.source.value(x, &[], (tape.run, tape.unknown))
+    })
+}
+
+/// Calls functions with all points that work asks for.
+#[derive(Debug)]
+pub(crate) struct InBlocks(pub(crate) Arc<Caller>);
+
+impl InBlocks {
+    /// Does pieces of work until nothing is missing of them, and returns all that they have asked for. What is not known yet is `unknown`
+    /// meanwhile.
+    fn some(
+        &self,
+        pieces: impl Iterator<Item = usize>,
+        unknown: f64,
+        work: &dyn Fn(usize),
+    ) -> Tape {
+        let new = || Tape::new(self.0.dimension(), unknown);
+        let on = |tape: Tape, pieces: &mut dyn Iterator<Item = usize>| {
+            TAPE.set(Some(tape));
+            let asking: Vec<usize> = pieces
+                .filter(|number| !is_complete(|| work(*number)))
+                .collect();
+            (TAPE.take().unwrap_or_else(new), asking)
+        };
+        let mut pieces = pieces;
+        let (mut tape, mut asking) = on(new(), &mut pieces);
+        let mut short = 0;
+        for _ in 0..RUNS {
+            let asked = tape.open();
+            self.0.fill(&mut tape);
+            short += usize::from(asked < FEW);
+            if asked == 0 || short > MOST_SHORT {
+                break;
+            }
+            (tape, asking) = on(tape.rewound(Run::Further), &mut asking.into_iter());
+        }
+        on(tape.rewound(Run::Known), &mut asking.into_iter()).0
+    }
+
+    /// Does walks of a chain, which keep nothing of what they find.
+    fn walks<T>(&self, work: impl Fn() -> T) -> T {
+        let done = RefCell::new(None);
+        self.some(0..1, 0.0, &|_| {
+            done.replace(Some(work()));
+        });
+        done.into_inner().unwrap_or_else(work)
+    }
+}
+
+impl Gather for InBlocks {
+    fn gather(&self, pieces: Range<usize>, work: &dyn Fn(usize)) {
+        let mut rest = pieces;
+        while !rest.is_empty() {
+            let begun = Cell::new(rest.start);
+            // Pieces are begun as long as all together ask for few values.
+            let some = rest.clone().take_while(|_| open() < TOGETHER);
+            let some = some.inspect(|number| begun.set(number + 1));
+            self.some(some, f64::NAN, work);
+            rest.start = begun.get();
+        }
     }
 }
 
 /// Work with functions that are called in blocks.
 #[derive(Debug)]
 pub(crate) struct Blocks {
-    caller: Arc<Caller>,
+    calls: Arc<InBlocks>,
     /// The interval of every axis; none: [0, 1].
     domain: Vec<[f64; 2]>,
-    /// One thread, on which set-ups ask in the same order every time.
+    /// Coordinates on every axis where cells end.
+    edges: Vec<Vec<f64>>,
+    /// One thread, on which set-ups ask for what their rehearsals asked for.
     alone: rayon::ThreadPool,
 }
 
@@ -135,58 +305,20 @@ impl Blocks {
     pub(crate) fn new(
         caller: Arc<Caller>,
         domain: Vec<[f64; 2]>,
+        edges: Vec<Vec<f64>>,
     ) -> Result<Self, rayon::ThreadPoolBuildError> {
         let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
         Ok(Self {
-            caller,
+            calls: Arc::new(InBlocks(caller)),
             domain,
+            edges,
             alone,
         })
     }
 
-    /// K(x, y) by the tape of this thread, if that has one.
-    pub(crate) fn kernel(x: &[f64], y: &[f64]) -> Option<f64> {
-        TAPE.with_borrow_mut(|tape| tape.as_mut()?.kernel.value(x, y))
-    }
-
-    /// F(x) by the tape of this thread, if that has one.
-    pub(crate) fn source(x: &[f64]) -> Option<f64> {
-        TAPE.with_borrow_mut(|tape| tape.as_mut()?.source.value(x, &[]))
-    }
-
     /// The equation, of which nothing is known.
     fn fresh(&self) -> CubeModel {
-        let model = self.caller.model();
-        if self.domain.is_empty() {
-            model
-        } else {
-            model.on(self.domain.clone())
-        }
-    }
-
-    /// The tape with all that a piece of work asks for, which is done again and again until nothing is missing; and what it
-    /// came to last.
-    fn recorded<T>(&self, work: impl Fn() -> T) -> (Tape, Option<T>) {
-        let mut tape = Tape::new(self.caller.dimension());
-        for _ in 0..RUNS {
-            tape.rewind();
-            TAPE.set(Some(tape));
-            let done = work();
-            tape = TAPE
-                .take()
-                .unwrap_or_else(|| Tape::new(self.caller.dimension()));
-            if !tape.is_open() {
-                return (tape, Some(done));
-            }
-            self.caller.fill(&mut tape);
-        }
-        (tape, None)
-    }
-
-    /// Does a piece of work on this thread, which keeps nothing of what it finds.
-    fn gather<T>(&self, work: impl Fn() -> T) -> T {
-        let (_, done) = self.recorded(&work);
-        done.unwrap_or_else(work)
+        self.calls.0.model(&self.domain, &self.edges)
     }
 
     /// Does a piece of a set-up, which may keep what it finds: it is rehearsed with these cells of another copy.
@@ -197,13 +329,13 @@ impl Blocks {
         work: impl FnOnce() -> T + Send,
     ) -> T {
         self.alone.install(|| {
-            let (tape, _) = self.recorded(|| {
+            let tape = self.calls.some(0..1, 0.0, &|_| {
                 // What cannot be cut is refused by the work itself.
                 if let Ok(cells) = self.fresh().partition(cut) {
                     rehearsal(&*cells);
                 }
             });
-            TAPE.set(Some(tape.known()));
+            TAPE.set(Some(tape.rewound(Run::Known)));
             let done = work();
             TAPE.set(None);
             done
@@ -260,11 +392,14 @@ impl Model for BlockModel {
         self.model.check_goals(goals)
     }
 
-    /// On one thread: rounds follow from the values of those before.
     fn by_resolvent(&self, question: &ResolventQuestion<'_>) -> Result<ResolventFound<'_>, Error> {
-        let blocks = &self.blocks;
-        let answer = || self.model.by_resolvent(question);
-        blocks.alone.install(|| blocks.gather(answer))
+        with_gather(self.blocks.calls.clone(), || {
+            self.model.by_resolvent(question)
+        })
+    }
+
+    fn spread(&self, points: f64) -> Vec<Region> {
+        self.model.spread(points)
     }
 
     fn explain(&self, error: Error) -> Error {
@@ -406,6 +541,14 @@ impl System for BlockSystem<'_> {
     fn tables(&self, pairs: Pairs) -> Result<fredholm_embedded::TableBuilder, Error> {
         self.system.tables(pairs)
     }
+
+    /// Of a chain: functions are called for one point at a time.
+    fn whole<'s>(self: Box<Self>) -> Result<Box<dyn GlobalSystem<'s> + 's>, Error>
+    where
+        Self: 's,
+    {
+        self.system.whole()
+    }
 }
 
 impl Job for BlockJob<'_> {
@@ -419,7 +562,7 @@ impl Job for BlockJob<'_> {
 
     fn run(&self, first: usize, batches: &mut [Batch], at_most: u64) -> Result<(), NotFinite> {
         let begin = batches.to_vec();
-        let (ended, outcome) = self.blocks.gather(|| {
+        let (ended, outcome) = self.blocks.calls.walks(|| {
             let mut batches = begin.clone();
             let outcome = self.job.run(first, &mut batches, at_most);
             (batches, outcome)

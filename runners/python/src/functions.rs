@@ -6,9 +6,10 @@ use fredholm::CubeModel;
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
 
-use crate::blocks::{Blocks, Tape};
+use crate::blocks::{self, Tape};
 use crate::failure::exception;
 use crate::run::Watch;
+use fredholm::Observer as _;
 
 /// A compiled function of a point: `double source(const double *x)`.
 type OfPoint = unsafe extern "C" fn(*const f64) -> f64;
@@ -104,6 +105,48 @@ pub(crate) struct Caller {
     raised: Mutex<Option<PyErr>>,
 }
 
+/// Refuses values that are complex, of which a conversion would keep the real part.
+fn check_real(value: &Bound<'_, PyAny>, name: &str) -> PyResult<()> {
+    let py = value.py();
+    let is_complex: bool = py
+        .import("numpy")?
+        .call_method1("iscomplexobj", (value,))?
+        .extract()?;
+    if !is_complex {
+        return Ok(());
+    }
+    py.import("fredholm.errors")?
+        .call_method1("complex_error", (name,))
+        .and_then(|error| Err(PyErr::from_value(error)))
+}
+
+/// The number that a function returned at one point.
+pub(crate) fn number(value: &Bound<'_, PyAny>, name: &str) -> PyResult<f64> {
+    if let Ok(number) = value.cast::<pyo3::types::PyFloat>() {
+        return Ok(number.value());
+    }
+    check_real(value, name)?;
+    let py = value.py();
+    let wrong = |found: &str| {
+        let message = format!("{name} returned {found} at one point: it must be a number");
+        exception(py, "InputError", message)
+    };
+    let array = py.import("numpy")?.call_method1("asarray", (value,))?;
+    if array.getattr("size")?.extract::<usize>()? != 1 {
+        return Err(wrong(&format!(
+            "an array of shape {}",
+            array.getattr("shape")?
+        )));
+    }
+    let item = array.call_method0("item")?;
+    item.extract().map_err(|_| {
+        let text = item
+            .repr()
+            .map_or_else(|_| "?".to_owned(), |text| text.to_string());
+        wrong(&text)
+    })
+}
+
 /// The values of a function at points in order, `count` of them in all.
 fn values<'py>(
     py: Python<'py>,
@@ -112,6 +155,7 @@ fn values<'py>(
     count: usize,
 ) -> PyResult<Vec<f64>> {
     let value = call()?;
+    check_real(&value, name)?;
     let numpy = py.import("numpy")?;
     let array = numpy.call_method1("asarray", (value, "float64"))?;
     let shape: Vec<usize> = array.getattr("shape")?.extract()?;
@@ -137,7 +181,7 @@ fn block<'py>(py: Python<'py>, points: &[f64], dimension: usize) -> PyResult<Bou
 }
 
 /// One point as a function takes it.
-fn point<'py>(py: Python<'py>, x: &[f64]) -> PyResult<Bound<'py, PyAny>> {
+pub(crate) fn point<'py>(py: Python<'py>, x: &[f64]) -> PyResult<Bound<'py, PyAny>> {
     match x {
         [x] => Ok(pyo3::types::PyFloat::new(py, *x).into_any()),
         x => Ok(PyArray1::from_slice(py, x).into_any()),
@@ -175,16 +219,20 @@ impl Caller {
         })
     }
 
-    /// A value of a function that is called with one point at a time. After an exception nothing is called any more.
+    /// Whether nothing is called any more: after an exception, or an interrupt before there are walks that have a result.
+    fn is_over(&self) -> bool {
+        self.watch.cancelled()
+            && (self.watch.is_in_set_up()
+                || self
+                    .raised
+                    .lock()
+                    .unwrap_or_else(PoisonError::into_inner)
+                    .is_some())
+    }
+
+    /// A value of a function that is called with one point at a time.
     fn one(&self, call: impl FnOnce(Python<'_>) -> PyResult<f64>) -> f64 {
-        use fredholm::Observer as _;
-        if self.watch.cancelled()
-            && self
-                .raised
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner)
-                .is_some()
-        {
+        if self.is_over() {
             return f64::NAN;
         }
         let values = Python::attach(|py| self.or_raised(call(py).map(|value| vec![value]), 1));
@@ -199,12 +247,10 @@ impl Caller {
             // SAFETY: the function takes two pointers to as many numbers as there are dimensions, as its user says.
             Function::Compiled(kernel) => unsafe { kernel(x.as_ptr(), y.as_ptr()) },
             Function::Scalar(kernel) => self.one(|py| {
-                kernel
-                    .bind(py)
-                    .call1((point(py, x)?, point(py, y)?))?
-                    .extract()
+                let value = kernel.bind(py).call1((point(py, x)?, point(py, y)?))?;
+                number(&value, "kernel")
             }),
-            Function::Blocks(_) => Blocks::kernel(x, y).unwrap_or_else(|| self.kernels(x, y)[0]),
+            Function::Blocks(_) => blocks::kernel(x, y).unwrap_or_else(|| self.kernels(x, y)[0]),
         }
     }
 
@@ -215,10 +261,11 @@ impl Caller {
             Function::Constant(value) => *value,
             // SAFETY: the function takes a pointer to as many numbers as there are dimensions, as its user says.
             Function::Compiled(source) => unsafe { source(x.as_ptr()) },
-            Function::Scalar(source) => {
-                self.one(|py| source.bind(py).call1((point(py, x)?,))?.extract())
-            }
-            Function::Blocks(_) => Blocks::source(x).unwrap_or_else(|| self.sources(x)[0]),
+            Function::Scalar(source) => self.one(|py| {
+                let value = source.bind(py).call1((point(py, x)?,))?;
+                number(&value, "source")
+            }),
+            Function::Blocks(_) => blocks::source(x).unwrap_or_else(|| self.sources(x)[0]),
         }
     }
 
@@ -229,6 +276,9 @@ impl Caller {
         let Function::Blocks(kernel) = &self.functions().kernel else {
             return vec![f64::NAN; count];
         };
+        if self.is_over() {
+            return vec![f64::NAN; count];
+        }
         Python::attach(|py| {
             let call = || {
                 kernel
@@ -246,6 +296,9 @@ impl Caller {
         let Function::Blocks(source) = &self.functions().source else {
             return vec![f64::NAN; count];
         };
+        if self.is_over() {
+            return vec![f64::NAN; count];
+        }
         Python::attach(|py| {
             let call = || source.bind(py).call1((block(py, x, dimension)?,));
             self.or_raised(values(py, call, "source", count), count)
@@ -264,19 +317,24 @@ impl Caller {
         }
     }
 
-    /// The equation of the functions.
-    pub(crate) fn model(self: &Arc<Self>) -> CubeModel {
+    /// The equation of the functions on these intervals, or on [0, 1] on every axis, with these edges of cells.
+    pub(crate) fn model(self: &Arc<Self>, domain: &[[f64; 2]], edges: &[Vec<f64>]) -> CubeModel {
         fn of<const D: usize>(caller: &Arc<Caller>) -> CubeModel {
             let (kernel, source) = (Arc::clone(caller), Arc::clone(caller));
             CubeModel::from_fn::<D>(move |x, y| kernel.kernel(x, y), move |x| source.source(x))
         }
-        match self.functions().dimension {
+        let model = match self.functions().dimension {
             1 => of::<1>(self),
             2 => of::<2>(self),
             3 => of::<3>(self),
             4 => of::<4>(self),
             5 => of::<5>(self),
             _ => of::<6>(self),
+        };
+        let model = model.with_edges(edges.to_vec());
+        match domain {
+            [] => model,
+            domain => model.on(domain.to_vec()),
         }
     }
 

@@ -55,8 +55,15 @@ pub(crate) fn replace(file: &mut ProblemFile, options: &Bound<'_, PyDict>) -> Py
     let (galerkin, walk) = (&mut file.galerkin, &mut file.walk);
     galerkin.cells.set_by("cells", given(options, "cells")?);
     galerkin.lift.set_by("lift", given(options, "lift")?);
+    galerkin.points.set_by("points", given(options, "points")?);
+    galerkin
+        .grading
+        .set_by("grading", given(options, "grading")?);
+    let shadow_cuts = given(options, "shadow_cuts")?;
+    galerkin.shadow_cuts.set_by("shadow_cuts", shadow_cuts);
     galerkin.degree.set_by("degree", given(options, "degree")?);
     galerkin.pairs.set_by("pairs", word(options, "pairs")?);
+    walk.method.set_by("method", word(options, "method")?);
     walk.walks.set_by("walks", given(options, "walks")?);
     let absorption = given(options, "absorption")?;
     walk.absorption.set_by("absorption", absorption);
@@ -82,6 +89,11 @@ pub(crate) fn replace(file: &mut ProblemFile, options: &Bound<'_, PyDict>) -> Py
         walk.allow_infinite_variance = allow;
     }
     Ok(())
+}
+
+/// The degree of the polynomials on whose coefficients the walks of a global estimate score.
+pub(crate) fn score_degree(options: &Bound<'_, PyDict>) -> PyResult<Option<usize>> {
+    given(options, "score_degree")
 }
 
 /// The time after which walks end.

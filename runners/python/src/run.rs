@@ -9,6 +9,7 @@ use fredholm::choice::ChoiceReport;
 use fredholm::{Observer, Settings, SolveObserver};
 use pyo3::prelude::*;
 
+use crate::blocks::is_repeated;
 use crate::failure::exception;
 
 /// An interrupt is seen after so long at most.
@@ -30,6 +31,11 @@ impl Watch {
         self.cancelled.store(true, Relaxed);
     }
 
+    /// Whether no walks have been made yet.
+    pub(crate) fn is_in_set_up(&self) -> bool {
+        self.walked.load(Relaxed) == 0
+    }
+
     pub(crate) fn expect(&self, walks: u64) {
         self.expected.store(walks, Relaxed);
     }
@@ -37,7 +43,10 @@ impl Watch {
 
 impl Observer for Watch {
     fn walked(&self, walks: u64) {
-        self.walked.fetch_add(walks, Relaxed);
+        // What functions are called in blocks for is walked more than once.
+        if !is_repeated() {
+            self.walked.fetch_add(walks, Relaxed);
+        }
     }
 
     fn cancelled(&self) -> bool {

@@ -1,21 +1,24 @@
 //! Tasks: a problem, what is asked of it, and how.
 
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
+use fredholm::choice::Chosen;
 use fredholm::model::Model;
-use fredholm::{Ask, Region, SolveError, Solver, Target, WeightFn};
+use fredholm::resolvent::ResolventAnswer;
+use fredholm::{Ask, Choices as _, Method, Region, SolveError, Solver, Target, WeightFn};
 use fredholm_factors::{Factors, FactorsError, Sights};
 use fredholm_file::kinds::{Cube, Room};
-use fredholm_file::{ProblemFile, Resolved};
+use fredholm_file::{Placed, ProblemFile, Resolved, What};
+use fredholm_rayon::with_gather;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use crate::blocks::{BlockModel, Blocks};
+use crate::blocks::{BlockModel, Blocks, InBlocks};
 use crate::failure::{exception, of, of_input, of_solve};
-use crate::functions::{Caller, Functions};
+use crate::functions::{Caller, Functions, number, point};
 use crate::options;
 use crate::run::{Done, Watch, on_threads};
 
@@ -50,6 +53,8 @@ struct Opened {
     file: ProblemFile,
     resolved: Resolved,
     caller: Option<Arc<Caller>>,
+    /// The first exception that a weight raised.
+    raised: Arc<OnceLock<PyErr>>,
     /// The model of the functions.
     functions: Option<Box<dyn Model>>,
 }
@@ -64,8 +69,11 @@ impl Opened {
 
     /// The exception that a function raised, or that the interpreter did meanwhile.
     fn raised<T>(&self, done: Done<T>) -> PyResult<(T, Option<PyErr>)> {
-        match self.caller.as_ref().and_then(|caller| caller.raised()) {
-            Some(raised) => Err(raised),
+        if let Some(raised) = self.caller.as_ref().and_then(|caller| caller.raised()) {
+            return Err(raised);
+        }
+        match self.raised.get() {
+            Some(raised) => Err(Python::attach(|py| raised.clone_ref(py))),
             None => Ok((done.value, done.interrupt)),
         }
     }
@@ -184,7 +192,8 @@ impl Task {
             Ok(report) => ("done", report),
             Err(SolveError::NotReached(report)) => ("not reached", *report),
             Err(SolveError::Cancelled(Some(report))) => ("cancelled", *report),
-            Err(SolveError::Cancelled(None)) => {
+            // What is interrupted in a set-up may end with an error of values that nobody computed.
+            Err(error) if interrupt.is_some() || matches!(error, SolveError::Cancelled(None)) => {
                 return Ok((
                     "cancelled",
                     String::new(),
@@ -207,25 +216,17 @@ impl Task {
         let Resolved {
             targets, settings, ..
         } = &opened.resolved;
-        let (model, threads) = (opened.model(), self.threads(options)?);
-        let work = || fredholm::choice::choose(model, targets, settings, &*watch);
-        let chosen = opened.done(py, threads, &watch, work)?;
-        let chosen = chosen.map_err(|error| of(py, &error, &opened.file))?;
-        let value = chosen.map_or(Value::Null, |chosen| {
-            use fredholm::Choices as _;
-            let (cut, walk) = (
-                chosen.settings.discretisation(),
-                chosen.settings.walk_options(),
-            );
-            let mut value = serde_json::to_value(&chosen.report).unwrap_or_default();
-            value["cells"] = json!(if chosen.plain { Some(0) } else { cut.cells });
-            value["degree"] = json!(cut.degree);
-            value["pairs"] = json!(walk.pairs.word());
-            value["absorption"] = json!(walk.absorption.probability());
-            value["estimator"] = json!(walk.absorption.estimator().word());
-            value
-        });
-        json_of(py, &value)
+        let solver = self.solver(&opened, &watch);
+        let work = || match solver.predict_resolvent()? {
+            Some(answer) => Ok(by_resolvent(&answer)),
+            None => {
+                let chosen = fredholm::choice::choose(opened.model(), targets, settings, &*watch)?;
+                Ok(chosen.map_or(Value::Null, |chosen| by_chain(&chosen)))
+            }
+        };
+        let chosen = opened.done(py, self.threads(options)?, &watch, work)?;
+        let chosen = chosen.map_err(|error: SolveError| of_solve(py, &error, &opened.file))?;
+        json_of(py, &chosen)
     }
 
     /// The diagnosis as JSON and as text.
@@ -274,7 +275,7 @@ impl Task {
     ) -> PyResult<Field> {
         let py = options.py();
         let watch = Arc::new(Watch::default());
-        let opened = self.open_as(options, &watch, false)?;
+        let opened = self.open(options, &watch)?;
         let solver = self.solver(&opened, &watch);
         let model = opened.model();
         let work = || {
@@ -283,7 +284,13 @@ impl Task {
                 Some(points) => model.grid(points, None),
                 None => points.iter().cloned().map(Region::Point).collect(),
             };
-            let values = whole.values(&regions)?;
+            // Those of walks of a chain are sums that cannot be taken twice.
+            let gather = opened.caller.clone();
+            let gather = gather.filter(|_| whole.summary().resolvent.is_some());
+            let values = match gather {
+                Some(caller) => with_gather(Arc::new(InBlocks(caller)), || whole.values(&regions))?,
+                None => whole.values(&regions)?,
+            };
             Ok((regions, values, serde_json::to_string(whole.summary())))
         };
         let field = opened.done(py, self.threads(options)?, &watch, work)?;
@@ -323,6 +330,37 @@ impl Task {
             .map_err(|error| exception(py, "FredholmError", error.to_string()))?;
         Ok((surfaces.names, rows))
     }
+}
+
+/// What resolvent walks would take.
+fn by_resolvent(answer: &ResolventAnswer) -> Value {
+    json!({
+        "method": Method::Resolvent.word(),
+        "cells": answer.cells,
+        "degree": answer.degree,
+        "pairs": null,
+        "absorption": null,
+        "estimator": null,
+        "predicted_setup_seconds": answer.setup_seconds,
+        "predicted_walk_seconds": answer.walk_seconds,
+        "predicted_walks": answer.points,
+        "radius": answer.figures.radius,
+        "condition": answer.figures.condition,
+    })
+}
+
+/// What walks of a chain would take.
+fn by_chain(chosen: &Chosen<'_>) -> Value {
+    let settings = &chosen.settings;
+    let (cut, walk) = (settings.discretisation(), settings.walk_options());
+    let mut value = serde_json::to_value(&chosen.report).unwrap_or_default();
+    value["method"] = json!(settings.method.unwrap_or(Method::Walks).word());
+    value["cells"] = json!(if chosen.plain { Some(0) } else { cut.cells });
+    value["degree"] = json!(cut.degree);
+    value["pairs"] = json!(walk.pairs.word());
+    value["absorption"] = json!(walk.absorption.probability());
+    value["estimator"] = json!(walk.absorption.estimator().word());
+    value
 }
 
 /// Names, areas, rows of form factors, and an error.
@@ -375,26 +413,26 @@ pub(crate) fn is_scene(py: Python<'_>, path: &str) -> PyResult<bool> {
 impl Task {
     /// Reads the text, puts the options in place and checks everything.
     fn open(&self, options: &Bound<'_, PyDict>, watch: &Arc<Watch>) -> PyResult<Opened> {
-        self.open_as(options, watch, true)
-    }
-
-    /// The same; `in_blocks`: functions of arrays are called with blocks, which a global estimate does not know how to ask for.
-    fn open_as(
-        &self,
-        options: &Bound<'_, PyDict>,
-        watch: &Arc<Watch>,
-        in_blocks: bool,
-    ) -> PyResult<Opened> {
         let py = options.py();
         let wrong = |error| of_input(py, &error);
         let mut file = fredholm_file::read(&self.name, &self.text).map_err(wrong)?;
         options::replace(&mut file, options)?;
+        // A file asks for something; a target of its own stands for weights that are functions, until these are there.
+        let stands_for_weights = file.targets.is_empty() && !self.weights.is_empty();
+        if stands_for_weights {
+            file.targets.push(nothing(&file));
+        }
         file.validate().map_err(wrong)?;
         let mut resolved = file.resolve().map_err(wrong)?;
+        if stands_for_weights {
+            resolved.targets.clear();
+        }
         resolved.settings.time_limit = options::time_limit(options)?;
+        resolved.settings.score_degree = options::score_degree(options)?;
+        let raised = Arc::default();
         for (name, weight) in &self.weights {
-            let weight = weight.clone_ref(py);
-            let value = move |x: &[f64]| Python::attach(|py| weight_at(py, &weight, x));
+            let (weight, raised) = (weight.clone_ref(py), Arc::clone(&raised));
+            let value = move |x: &[f64]| Python::attach(|py| weight_at(py, &weight, x, &raised));
             resolved.targets.push(Target {
                 name: name.clone(),
                 ask: Ask::One(Region::Function(WeightFn::new(value))),
@@ -404,11 +442,12 @@ impl Task {
             file,
             resolved,
             caller: None,
+            raised,
             functions: None,
         };
         if let Some(functions) = &self.functions {
             let caller = Arc::new(Caller::new(functions.clone_ref(py), Arc::clone(watch)));
-            let in_blocks = in_blocks && functions.get().is_in_blocks();
+            let in_blocks = functions.get().is_in_blocks();
             opened.functions = Some(model_of(py, in_blocks, &caller, &opened.file)?);
             opened.caller = Some(caller);
         }
@@ -436,15 +475,26 @@ impl Task {
     }
 }
 
-/// The value of a weight at a point; not a number if it raises, which the set-up refuses.
-fn weight_at(py: Python<'_>, weight: &Py<PyAny>, x: &[f64]) -> f64 {
-    let value = match x {
-        [x] => weight.call1(py, (*x,)),
-        x => weight.call1(py, (numpy::PyArray1::from_slice(py, x),)),
+/// A target of a file that any equation has: the mean of a cube may be that of an infinite domain.
+fn nothing(file: &ProblemFile) -> fredholm_file::Target {
+    let what = match file.problem.of::<Cube>() {
+        Some(_) => What::Weight(Placed::flag("weight", "0".to_owned())),
+        None => What::OverAll,
     };
-    value
-        .and_then(|value| value.extract(py))
-        .unwrap_or(f64::NAN)
+    fredholm_file::Target {
+        name: Placed::flag("weight", "nothing".to_owned()),
+        component: None,
+        what,
+    }
+}
+
+/// The value of a weight at a point; not a number if it raises, which ends the set-up.
+fn weight_at(py: Python<'_>, weight: &Py<PyAny>, x: &[f64], raised: &OnceLock<PyErr>) -> f64 {
+    let value = point(py, x).and_then(|x| number(&weight.bind(py).call1((x,))?, "weight"));
+    value.unwrap_or_else(|error| {
+        let _ = raised.set(error);
+        f64::NAN
+    })
 }
 
 /// The equation of functions, on the domain that the file says.
@@ -454,25 +504,17 @@ fn model_of(
     caller: &Arc<Caller>,
     file: &ProblemFile,
 ) -> PyResult<Box<dyn Model>> {
-    let cube = file.problem.of::<Cube>();
-    let domain = cube.map_or(Vec::new(), |cube| cube.space.ends());
-    if in_blocks {
-        let blocks = Blocks::new(Arc::clone(caller), domain).map_err(|error| {
-            exception(
-                py,
-                "FredholmError",
-                format!("cannot start threads: {error}"),
-            )
-        })?;
-        return Ok(Box::new(BlockModel::new(blocks)));
+    let space = file.problem.of::<Cube>().map(|cube| &cube.space);
+    let (domain, edges) =
+        space.map_or_else(Default::default, |space| (space.ends(), space.edges()));
+    if !in_blocks {
+        return Ok(Box::new(caller.model(&domain, &edges)));
     }
-    let edges = cube.map_or(Vec::new(), |cube| cube.space.edges());
-    let model = caller.model().with_edges(edges);
-    Ok(Box::new(if domain.is_empty() {
-        model
-    } else {
-        model.on(domain)
-    }))
+    let blocks = Blocks::new(Arc::clone(caller), domain, edges).map_err(|error| {
+        let message = format!("cannot start threads: {error}");
+        exception(py, "FredholmError", message)
+    })?;
+    Ok(Box::new(BlockModel::new(blocks)))
 }
 
 fn json_of(py: Python<'_>, value: &impl serde::Serialize) -> PyResult<String> {

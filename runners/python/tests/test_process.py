@@ -32,7 +32,7 @@ def interrupted(after: float, **settings) -> tuple[fredholm.Interrupted, float]:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals")
 def test_an_interrupt_has_the_results_so_far() -> None:
-    error, _ = interrupted(0.5, walks=10**11, cells=8)
+    error, _ = interrupted(0.5, walks=10**11, cells=8, method="walks")
     assert isinstance(error, KeyboardInterrupt)
     assert error.result is not None and error.result["mean"].walks > 0
     assert np.isfinite(error.result["mean"].value)
@@ -40,9 +40,46 @@ def test_an_interrupt_has_the_results_so_far() -> None:
 
 @pytest.mark.skipif(not os.environ.get("FREDHOLM_LONG"), reason="tests never assert times by day")
 def test_an_interrupt_is_seen_soon() -> None:
-    delays = [interrupted(0.1 + 0.07 * i, walks=10**11, cells=8)[1] for i in range(20)]
+    methods = ["walks", "resolvent"]
+    delays = [interrupted(0.1 + 0.07 * i, walks=10**11, cells=8, method=methods[i % 2])[1] for i in range(20)]
     print(f"slowest of 20 interrupts: {max(delays):.3f} s")
     assert max(delays) < 0.2
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals")
+@pytest.mark.filterwarnings("ignore::fredholm.ScalarFunctionWarning")
+@pytest.mark.parametrize("vectorized", [True, False])
+def test_an_interrupt_ends_a_set_up(vectorized: bool) -> None:
+    calls = []
+
+    def slow(x, y):
+        calls.append("waits" if u is None else "counts")
+        if calls.count("counts") == 3:
+            os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(0.01)
+        return 0.5 * x * y
+
+    u = None
+    u = fredholm.Cube(slow, lambda x: 1.0 * x, vectorized=vectorized)
+    calls.clear()
+    with pytest.raises(fredholm.Interrupted) as error:
+        u.solve(mean=True, target_error=1e-9)
+    assert error.value.result is None
+    # It is seen after 50 ms, or some more where a machine has much to do.
+    assert len(calls) < 200
+
+
+def test_progress_is_shown_on_terminals_alone() -> None:
+    source = """
+import fredholm
+fredholm.problems.PATIENCE = 0.0
+u = fredholm.Cube("0.5 * exp(-(x1-y1)^2 - (x2-y2)^2)", "1 + x1", dimension=2)
+u.solve(mean=True, method="walks", walks=3_000_000, cells=8, threads=1{})
+"""
+    for more, shown in (("", False), (", progress=True", True)):
+        command = [sys.executable, "-c", source.format(more)]
+        ran = subprocess.run(command, capture_output=True, text=True, check=True)
+        assert ("fredholm: " in ran.stderr) is shown, ran.stderr
 
 
 def test_other_threads_go_on() -> None:
@@ -57,7 +94,7 @@ def test_other_threads_go_on() -> None:
     thread = threading.Thread(target=tick)
     thread.start()
     begin = time.monotonic()
-    LONG.solve(mean=True, walks=3_000_000, cells=8, threads=1, progress=False)
+    LONG.solve(mean=True, walks=3_000_000, cells=8, threads=1, progress=False, method="walks")
     end = time.monotonic()
     done.set()
     thread.join()

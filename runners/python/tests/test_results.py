@@ -36,6 +36,29 @@ def test_frames(grid: fredholm.Result) -> None:
     assert data["value"].shape == (9,) and data.attrs["cells"] == 4 and "x1" in data.coords
 
 
+def test_frames_of_fields_and_walls() -> None:
+    pytest.importorskip("pandas")
+    pytest.importorskip("xarray")
+    field = fredholm.Cube("0.2", "x1 + x2", dimension=2).field(3)
+    frame = field.to_pandas()
+    assert list(frame.columns) == ["x1", "x2", "value", "std_error", "band", "iterate"] and len(frame) == 9
+    assert frame["x1"].to_list() == field.points[:, 0].tolist() and "x2" in field.to_xarray().coords
+    plane = fredholm.Cube("0.2", "x1 + x2", dimension=2).solve(grid=[3, 2], walks=500).to_pandas()
+    assert plane["x2"].to_list() == [0.0, 1.0] * 3
+    circle = fredholm.Circle(0.5, 1.0).solve(grid=4, walks=500).to_pandas()
+    assert len(set(circle["x1"])) == 4
+    walls = [
+        {"name": "floor", "points": [[0, 0], [1, 0]], "reflectance": 0.5, "emission": 1.0},
+        {"name": "rest", "points": [[1, 0], [1, 1], [0, 1], [0, 0]], "reflectance": 0.5, "emission": 0.0},
+    ]
+    room = fredholm.Room(walls).solve(grid={"floor": 3}, walks=500).to_pandas()
+    assert list(room.columns[:4]) == ["surface", "t", "x1", "x2"] and set(room["surface"]) == {"floor"}
+    assert room["x1"].to_list() == room["t"].to_list() and set(room["x2"]) == {0.0}
+    # The mean has no place.
+    both = CUBE.solve(at=0.5, mean=True, walks=500).to_pandas()
+    assert both["x1"].isna().to_list() == [True, False]
+
+
 def test_pictures(grid: fredholm.Result) -> None:
     matplotlib = pytest.importorskip("matplotlib")
     matplotlib.use("Agg")
@@ -60,8 +83,8 @@ def test_fields_sweeps_and_factors() -> None:
     sweep = CUBE.sweep([4, 8, 16], walks=5000)
     assert sweep.cells.tolist() == [4, 8, 16] and sweep.std_devs[2] < sweep.std_devs[0]
     prediction = CUBE.predict(1e-6)
-    assert prediction is not None and prediction.walks > 0
-    assert CUBE.predict(1e-6, cells=5) is None
+    assert prediction is not None and prediction.walks > 0 and prediction.method == "resolvent"
+    assert CUBE.predict(1e-6, cells=5, method="walks") is None
     room = fredholm.Room([
         {"name": "floor", "points": [[0, 0], [1, 0]], "reflectance": 0.5, "emission": 1.0},
         {"name": "rest", "points": [[1, 0], [1, 1], [0, 1], [0, 0]], "reflectance": 0.5, "emission": 0.0},
@@ -87,10 +110,15 @@ def test_factors_of_a_scene(tmp_path) -> None:
 
 def test_settings_reach_the_walks() -> None:
     told = CUBE.solve(mean=True, cells=4, walks=2048, sequence="sobol", forced_steps=4).to_dict()
-    assert (told["sequence"], told["forced_steps"], told["absorption"]) == ("sobol", 4, None)
+    assert (told["sequence"], told["forced_steps"], told["absorption"]) == ("sobol", 4, 0.2)
+    assert CUBE.solve(mean=True, cells=4, walks=2048, method="walks").to_dict()["absorption"] is None
+    assert CUBE.solve(mean=True, walks=500, method="paper").to_dict()["form"] == "product"
+    assert CUBE.solve(mean=True, walks=500).to_dict()["method"] == "resolvent"
     assert CUBE.solve(mean=True, cells=4, walks=2048, absorption=0.25).to_dict()["absorption"] == 0.25
-    assert CUBE.solve(mean=True, cells=4, lift=2, walks=500).to_dict()["lift"] == 2
-    assert "whole" in CUBE.solve(grid=3, cells=4, walks=6400, global_=True).to_dict()
+    assert fredholm.Circle(0.5, 1.0).solve(mean=True, cells=4, lift=2, walks=500).to_dict()["lift"] == 2
+    assert CUBE.solve(mean=True, cells=4, points=2, walks=500).to_dict()["method"] == "walks"
+    whole = CUBE.solve(grid=3, cells=4, walks=6400, global_=True, method="walks", score_degree=3).to_dict()["whole"]
+    assert whole["score_degree"] == 3
     prediction = CUBE.predict(1e-6)
     assert prediction is not None and prediction.absorption is None
     for refused in ("last_step", "adjoint"):

@@ -5,6 +5,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use rayon::prelude::*;
 
+use crate::gather::all_gathered;
+
 /// Fills a table of rows of `width` entries on the threads of the current rayon pool: `fill` gets the
 /// number of a row and the row. As every row is written by one call, the bits do not depend on threads.
 ///
@@ -36,13 +38,20 @@ where
         let Some(row) = rows.get(number) else {
             return false;
         };
-        let Err(error) = fill(number, &mut locked(row)) else {
-            return false;
-        };
-        locked(&errors).insert(number, error);
-        true
+        let filled = fill(number, &mut locked(row));
+        let mut errors = locked(&errors);
+        // A row that is filled again may have had an error of what was not known then.
+        errors.remove(&number);
+        let fails = filled.is_err();
+        errors.extend(filled.err().map(|error| (number, error)));
+        fails
     };
-    let _ = first_failure(rows.len(), &fails);
+    let again = |number: usize| {
+        fails(number);
+    };
+    if !all_gathered(rows.len(), &again) {
+        let _ = first_failure(rows.len(), &fails);
+    }
     let first = locked(&errors).pop_first();
     first.map_or(Ok(()), |(_, error)| Err(error))
 }

@@ -382,7 +382,7 @@ fn by_coarse([cells, coarse]: [usize; 2], seed: u64) -> [f64; 2] {
         1,
     );
     let grid = |cells| Grid::new(step, &[], cells);
-    let cut = cut_of(grid(cells), &Values, 0, Some((grid(coarse), 0))).unwrap();
+    let cut = cut_of(grid(cells), &Values, 0, Some((grid(coarse), 0)), &()).unwrap();
     let goals = [
         Goal::new("point", Region::Point(vec![0.95])),
         Goal::new("mean", Region::Whole),

@@ -3,6 +3,7 @@
 use fredholm_core::Tolerance;
 use fredholm_core::galerkin::functions;
 use fredholm_core::resolvent::{MOST_FUNCTIONS, PAIR_DRAWS};
+use fredholm_rayon::Observer;
 
 use super::cut::{ByImages, MOST_LOOKS, ResolventWalks};
 use super::images::scored;
@@ -201,6 +202,15 @@ struct Search<'q, 'a> {
     singular: Option<Error>,
     /// Whether more cells would have taken longer than the time limit.
     is_late: bool,
+}
+
+/// Observer of pilots, which are not counted and may be cancelled.
+struct Pilots<'a>(&'a dyn Observer);
+
+impl Observer for Pilots<'_> {
+    fn cancelled(&self) -> bool {
+        self.0.cancelled()
+    }
 }
 
 /// The cells and the degree of least time, and their solved system.
@@ -568,7 +578,7 @@ impl<'a> Search<'_, 'a> {
             // What walks that go on add is to be small, and is counted for itself.
             walks.set_gain(rest.clamp(GAINS[0], GAINS[1]));
             let seed = self.question.settings.seed ^ PILOT_SEED;
-            walks.round(0, points, seed, &())?;
+            walks.round(0, points, seed, &Pilots(self.question.watch))?;
             let gain = walks.gain();
             if !(gain > 0.0) {
                 break;

@@ -6,12 +6,12 @@ use fredholm_core::resolvent::{
     ResolventTables, ends, grading, is_rough, singularity,
 };
 use fredholm_core::{Real, Tolerance};
-use fredholm_rayon::{Observer, fill_rows};
+use fredholm_rayon::{Observer, fill_rows, gathered};
 use fredholm_variance::gauss;
 
 use super::blocks::Blocks;
 use super::images::{ImageField, ImageMaker, scored};
-use super::inverse::{Factors, factors, inverse};
+use super::inverse::{Factors, factors, go_on, inverse};
 use super::walks::{Imaging, Sums, Walks};
 use super::{Functional, RegularKind, ResolventEstimate, ResolventFigures};
 use crate::{Error, GlobalField, Goal, Region};
@@ -140,19 +140,20 @@ pub(super) fn on_axis(rule: &[(f64, f64)]) -> Vec<AxisNode> {
 /// Solves an equation with polynomials of a degree; with fewer cells and their degree walks go on by the resolvent of these.
 ///
 /// # Errors
-/// [`Error::NotFinite`], [`Error::Regular`]: I − K' is singular. [`Error::Galerkin`]: memory.
+/// [`Error::NotFinite`], [`Error::Regular`]: I − K' is singular. [`Error::Galerkin`]: memory. [`Error::Cancelled`].
 pub fn cut_of<'k, E>(
     equation: E,
     kind: &'k dyn RegularKind<E>,
     degree: usize,
     coarse: Option<(E, usize)>,
+    watch: &dyn Observer,
 ) -> Result<Box<dyn ResolventCut + 'k>, Error>
 where
     E: Regular<Point: Send + Sync> + Send + Sync + 'k,
 {
-    let coarse = coarse.map(|(equation, degree)| solved(equation, kind, degree, None));
+    let coarse = coarse.map(|(equation, degree)| solved(equation, kind, degree, None, watch));
     let coarse = coarse.transpose()?;
-    Ok(Box::new(solved(equation, kind, degree, coarse)?))
+    Ok(Box::new(solved(equation, kind, degree, coarse, watch)?))
 }
 
 /// A solved equation, with a coarse one or none.
@@ -161,6 +162,7 @@ fn solved<'k, E>(
     kind: &'k dyn RegularKind<E>,
     degree: usize,
     coarse: Option<Cut<'k, E>>,
+    watch: &dyn Observer,
 ) -> Result<Cut<'k, E>, Error>
 where
     E: Regular<Point: Send + Sync> + Send + Sync,
@@ -168,7 +170,7 @@ where
     let (cells, own) = (equation.cells(), functions(E::DIMENSION, degree));
     // Of one node more on the right: no two of them are the same.
     let rules = [gauss(degree + 1)?, gauss(degree + 2)?].map(|rule| on_axis(&rule));
-    let exponent = singularity(&equation);
+    let exponent = gathered(|| singularity(&equation));
     if exponent >= LEAST_INFINITE * E::DIMENSION as f64 {
         return Err(Error::Regular {
             message: format!(
@@ -176,7 +178,7 @@ where
             ),
         });
     }
-    let (ends, at_ends) = ends(&equation)?;
+    let (ends, at_ends) = gathered(|| ends(&equation))?;
     if at_ends >= LEAST_INFINITE {
         return Err(Error::Regular {
             message: format!(
@@ -190,6 +192,7 @@ where
     let width = cells * own;
     let mut kernel: Vec<f64> = buffer(width.saturating_mul(width))?;
     fill_rows(&mut kernel, own * width, |cell, row| {
+        go_on(watch)?;
         match rows.fill(cell, row) {
             true => Ok(()),
             false => Err(Error::NotFinite {
@@ -197,7 +200,8 @@ where
             }),
         }
     })?;
-    let source: Vec<f64> = (0..cells).flat_map(|cell| rows.source(cell)).collect();
+    let source = || (0..cells).flat_map(|cell| rows.source(cell)).collect();
+    let source: Vec<f64> = gathered(source);
     if !source.iter().all(|x| x.is_finite()) {
         return Err(Error::NotFinite {
             what: "the source".to_owned(),
@@ -206,13 +210,13 @@ where
     drop(rows);
     let near = match near > 1 {
         true => near,
-        false => i32::from(is_rough(&equation)),
+        false => i32::from(gathered(|| is_rough(&equation))),
     };
     let measures: Vec<f64> = (0..cells).map(|cell| equation.measure(cell)).collect();
     let mut resolvent = Vec::new();
     let (correction, coarse, condition) = match coarse {
         Some(cut) => {
-            let (factors, condition) = factors(&kernel, width)?;
+            let (factors, condition) = factors(&kernel, width, watch)?;
             let mut correction = factors.direct(source.clone());
             let values = correction.iter_mut().zip(&source);
             values.for_each(|(g, f)| *g -= f);
@@ -225,7 +229,7 @@ where
         }
         None => {
             let condition;
-            (resolvent, condition) = inverse(&kernel, width)?;
+            (resolvent, condition) = inverse(&kernel, width, watch)?;
             let mut correction: Vec<f64> = buffer(width)?;
             fill_rows(&mut correction, 1, |row, out| {
                 // (I − K')⁻¹ − I.
@@ -266,7 +270,7 @@ where
         ends,
         rules,
     };
-    (cut.looks, cut.near) = cut.look()?;
+    (cut.looks, cut.near) = cut.look(watch)?;
     let all = cut.difference();
     if let Some(coarse) = &mut cut.coarse {
         let share = all / coarse.cut.difference();
@@ -319,18 +323,21 @@ where
     }
 
     /// How large K − K_n is, and how points draw near within cells.
-    fn look(&self) -> Result<(ResolventLooks, Vec<i32>), Error> {
+    fn look(&self, watch: &dyn Observer) -> Result<(ResolventLooks, Vec<i32>), Error> {
         let resolvent = self.resolvent();
         let cells = self.measures.len();
         let mut rows = vec![(1, vec![0.0; cells]); cells];
         fill_rows(&mut rows, 1, |cell, rows| {
+            go_on(watch)?;
             for (near, row) in rows {
                 *near = resolvent.look_at_pairs(cell, row);
             }
             Ok::<(), Error>(())
         })?;
         let (near, differences): (Vec<i32>, Vec<Vec<f64>>) = rows.into_iter().unzip();
-        Ok((resolvent.looks(differences.concat())?, near))
+        let differences = differences.concat();
+        let looks = gathered(|| resolvent.looks(differences.clone()))?;
+        Ok((looks, near))
     }
 
     /// What a goal asks for, with its coefficients (ψ, Φ).

@@ -5,7 +5,7 @@ use fredholm_core::resolvent::{
     AxisNode, CellPoint, Image, ImageBounds, Images, MOST_SCORED, Regular, total_degrees,
 };
 use fredholm_core::{DefaultGenerator, Real, RngUniforms, WalkSeeds};
-use fredholm_rayon::fill_rows;
+use fredholm_rayon::{fill_rows, gathered};
 use fredholm_variance::{gauss, gauss_lobatto};
 
 use super::blocks::{BlockSum, Blocks, sign};
@@ -91,7 +91,7 @@ where
         let places = places.filter_map(|(place, &degree)| (degree <= own).then_some(place));
         Ok(Self {
             cut,
-            images: Images::new(cut.resolvent(), scored, [&rules, &small])?,
+            images: gathered(|| Images::new(cut.resolvent(), scored, [&rules, &small]))?,
             scored,
             places: places.collect(),
             is_highest: degrees.iter().map(|own| *own == degree).collect(),

@@ -1,7 +1,7 @@
 //! Factors of a matrix, and its inverse, by blocks: products of matrices take most of the time.
 
 use fredholm_core::galerkin::buffer;
-use fredholm_rayon::fill_rows;
+use fredholm_rayon::{Observer, fill_rows};
 use nalgebra::{DMatrix, DMatrixView, DMatrixViewMut, Dyn, LU};
 
 use crate::Error;
@@ -17,10 +17,15 @@ const LEAST_COLUMNS: usize = 6;
 const NORM_STEPS: usize = 5;
 
 /// (I − K')⁻¹ row by row, and the condition number of I − K' in the maximum norm.
-pub(super) fn inverse(kernel: &[f64], width: usize) -> Result<(Vec<f64>, f64), Error> {
-    let factors = Factors::new(kernel, width)?;
+pub(super) fn inverse(
+    kernel: &[f64],
+    width: usize,
+    watch: &dyn Observer,
+) -> Result<(Vec<f64>, f64), Error> {
+    let factors = Factors::new(kernel, width, watch)?;
     let mut inverse: Vec<f64> = buffer(width.saturating_mul(width))?;
     fill_rows(&mut inverse, BLOCK * width, |block, rows| {
+        go_on(watch)?;
         let count = rows.len() / width;
         for (row, numbers) in rows.chunks_exact_mut(width).enumerate() {
             numbers[block * BLOCK + row] = 1.0;
@@ -41,12 +46,24 @@ pub(super) fn inverse(kernel: &[f64], width: usize) -> Result<(Vec<f64>, f64), E
 }
 
 /// The factors of I − K', and about its condition number.
-pub(super) fn factors(kernel: &[f64], width: usize) -> Result<(Factors, f64), Error> {
-    let factors = Factors::new(kernel, width)?;
+pub(super) fn factors(
+    kernel: &[f64],
+    width: usize,
+    watch: &dyn Observer,
+) -> Result<(Factors, f64), Error> {
+    let factors = Factors::new(kernel, width, watch)?;
     let condition = factors.norm * factors.norm_of_inverse();
     match condition < MOST_CONDITION {
         true => Ok((factors, condition)),
         false => Err(singular(width, condition)),
+    }
+}
+
+/// Ends a set-up that is cancelled.
+pub(super) fn go_on(watch: &dyn Observer) -> Result<(), Error> {
+    match watch.cancelled() {
+        true => Err(Error::Cancelled),
+        false => Ok(()),
     }
 }
 
@@ -71,7 +88,7 @@ pub(super) struct Factors {
 
 impl Factors {
     /// The factors, with the largest pivot of every column.
-    fn new(kernel: &[f64], width: usize) -> Result<Self, Error> {
+    fn new(kernel: &[f64], width: usize, watch: &dyn Observer) -> Result<Self, Error> {
         // Numbers row by row are those of the transpose column by column.
         let mut matrix = -DMatrix::from_column_slice(width, width, kernel);
         matrix.iter_mut().step_by(width + 1).for_each(|x| *x += 1.0);
@@ -80,6 +97,7 @@ impl Factors {
         let norm = sums.fold(0.0, f64::max);
         let mut panels = Vec::new();
         for from in (0..width).step_by(BLOCK) {
+            go_on(watch)?;
             let own = BLOCK.min(width - from);
             let (to, left) = (from + own, width - from - own);
             let panel = matrix
@@ -208,7 +226,7 @@ mod tests {
     fn the_inverse_is_one() {
         let width = 150;
         let kernel = kernel(width);
-        let (found, condition) = inverse(&kernel, width).expect("regular");
+        let (found, condition) = inverse(&kernel, width, &()).expect("regular");
         for i in 0..width {
             for j in 0..width {
                 let own = |k: usize| f64::from(u8::from(i == k)) - kernel[i * width + k];
@@ -227,8 +245,8 @@ mod tests {
     fn factors_solve_as_the_inverse_does() {
         let width = 150;
         let kernel = kernel(width);
-        let (inverse, condition) = inverse(&kernel, width).expect("regular");
-        let (factors, about) = factors(&kernel, width).expect("regular");
+        let (inverse, condition) = inverse(&kernel, width, &()).expect("regular");
+        let (factors, about) = factors(&kernel, width, &()).expect("regular");
         assert!(
             about <= 1.001 * condition && about > 0.3 * condition,
             "{about} {condition}"
@@ -247,6 +265,6 @@ mod tests {
     fn an_eigenvalue_is_refused() {
         let mut kernel = vec![0.0; 9];
         kernel[4] = 1.0;
-        assert!(inverse(&kernel, 3).is_err());
+        assert!(inverse(&kernel, 3, &()).is_err());
     }
 }

@@ -24,7 +24,7 @@ from .errors import (
     TooLargeError,
     TooLongError,
 )
-from .problems import Circle, Cube, Problem, Room, Sphere, factors, load
+from .problems import Circle, Cube, Problem, Room, Sphere, System, factors, load
 from .result import Diagnosis, Factors, Field, Prediction, Result, Sweep, Value
 
 __version__ = "0.1.0"
@@ -49,6 +49,7 @@ __all__ = [
     "ScalarFunctionWarning",
     "Sphere",
     "Sweep",
+    "System",
     "TooLargeError",
     "TooLongError",
     "Value",

@@ -29,6 +29,14 @@ class InputError(FredholmError, ValueError):
     """The problem, or what is asked of it, is not as it must be; the text says what, where, and what would be right."""
 
 
+def complex_error(name: str) -> InputError:
+    """The error of a function whose values are complex numbers."""
+    return InputError(
+        f"{name} has complex values: a complex equation is a system of two real ones, for the real and the imaginary part of u; "
+        "fredholm.System(kernels=[[Re K, -Im K], [Im K, Re K]], sources=[Re F, Im F]) takes them as formulas"
+    )
+
+
 class ConvergenceError(FredholmError, ArithmeticError):
     """The Galerkin system has no solution that serves: the equation is no contraction."""
 

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _fredholm
-from .errors import InputError, ScalarFunctionWarning
+from .errors import InputError, ScalarFunctionWarning, complex_error
 
 __all__ = ["Function", "compiled_functions"]
 
@@ -54,17 +54,30 @@ def _points(count: int, domain: Array, number: int) -> Array:
     """Points of the domain: numbers in one dimension, rows of coordinates in more."""
     step = np.array([0.618034, 0.754878, 0.819173, 0.856675, 0.881271, 0.898654])[: len(domain)]
     unit = (0.5 + (np.arange(count)[:, None] + 1 + 10 * number) * step) % 1.0
-    points: Array = domain[:, 0] + unit * (domain[:, 1] - domain[:, 0])
+    points: Array = np.empty_like(unit)
+    for axis, (low, high) in enumerate(domain):
+        t = unit[:, axis]
+        if np.isfinite(low) and np.isfinite(high):
+            points[:, axis] = low + t * (high - low)
+        elif np.isfinite(low):
+            points[:, axis] = low + t / (1 - t)
+        elif np.isfinite(high):
+            points[:, axis] = high - t / (1 - t)
+        else:
+            points[:, axis] = np.log(t / (1 - t))
     return points[:, 0] if len(domain) == 1 else points
 
 
-def _is_in_blocks(function: Callable[..., Any], blocks: list[Array]) -> bool:
+def _is_in_blocks(function: Callable[..., Any], blocks: list[Array], name: str) -> bool:
     """Whether a function takes arrays of points: whether the value at a point does not depend on the others."""
     try:
-        whole = np.asarray(function(*blocks), dtype=float)
-        parts = [np.asarray(function(*[block[i : i + 1] for block in blocks]), dtype=float) for i in range(TRIAL)]
+        found = [function(*blocks)] + [function(*[block[i : i + 1] for block in blocks]) for i in range(TRIAL)]
+        is_complex = any(np.iscomplexobj(value) for value in found)
+        whole, *parts = [np.asarray(value if is_complex else np.asarray(value, dtype=float)) for value in found]
     except Exception:
         return False
+    if is_complex:
+        raise complex_error(name)
     if whole.shape != (TRIAL,) or any(part.shape != (1,) for part in parts):
         return False
     return bool(np.allclose(whole, np.concatenate(parts), rtol=1e-12, atol=0.0, equal_nan=True))
@@ -75,6 +88,8 @@ def _kind(
 ) -> tuple[str, Any]:
     if isinstance(function, bool) or isinstance(function, str):
         raise InputError(f"{name} = {function!r}: it must be a number or a function where the other one is a function")
+    if isinstance(function, (complex, np.complexfloating)):
+        raise complex_error(name)
     if isinstance(function, (int, float, np.floating, np.integer)):
         if not np.isfinite(function):
             raise InputError(f"{name} = {function!r}: it must be finite")
@@ -86,7 +101,7 @@ def _kind(
         raise InputError(f"{name} = {function!r}: it must be a formula, a number or a function")
     if vectorized is None:
         blocks = [_points(TRIAL, domain, i) for i in range(arguments)]
-        vectorized = _is_in_blocks(function, blocks)
+        vectorized = _is_in_blocks(function, blocks, name)
     if vectorized:
         return "blocks", function
     _warn(function, [_points(1, domain, i)[0] for i in range(arguments)], name)
@@ -97,11 +112,12 @@ def _warn(function: Callable[..., Any], point: list[Any], name: str) -> None:
     """Says once what a function costs that is called for one point at a time. What it raises is raised later."""
     try:
         begin = time.perf_counter()
-        for _ in range(20):
-            float(function(*point))
+        values = [function(*point) for _ in range(20)]
         seconds = (time.perf_counter() - begin) / 20
     except Exception:
         return
+    if np.iscomplexobj(values[0]):
+        raise complex_error(name)
     warnings.warn(
         f"{name} is called for one point at a time, on one thread: about {max(1.0, seconds / FORMULA):.0f} times as "
         "long as a formula. A function of arrays of points, of numba.cfunc or a formula is faster",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import sys
 import time
 import warnings
@@ -12,11 +13,11 @@ from typing import Any, Callable, Mapping, Optional, Sequence, Union, cast
 import numpy as np
 
 from . import _fredholm
-from .errors import InputError, Interrupted, NotReachedError, ReportWarning
+from .errors import InputError, Interrupted, NotReachedError, ReportWarning, complex_error
 from .functions import Function, compiled_functions
 from .result import Diagnosis, Factors, Field, Prediction, Result, Sweep
 
-__all__ = ["Circle", "Cube", "Problem", "Room", "Sphere", "factors", "load"]
+__all__ = ["Circle", "Cube", "Problem", "Room", "Sphere", "System", "factors", "load"]
 
 #: What is asked for at one place: coordinates, or a surface of a room with the share of its length.
 Place = Union[float, Sequence[float], np.ndarray, Mapping[str, Any]]
@@ -26,8 +27,12 @@ Places = Union[Place, Sequence[Place], Mapping[str, Place]]
 Parts = Union[str, Sequence[Any], Mapping[str, Any]]
 #: A formula or a function of a point, several ones, or such by their names.
 Weights = Union[str, Callable[..., float], Sequence[Any], Mapping[str, Any]]
-#: True, False, or a function of the walks so far and those that are expected (0: not known).
-Shown = Union[bool, Callable[[int, int], None]]
+#: True, False, None (where stderr is a terminal), or a function of the walks so far and those that are expected (0: not known).
+Shown = Union[bool, None, Callable[[int, int], None]]
+#: The interval of every axis, or of the only one. An end is a number or a formula of parameters.
+Domain = Union[Sequence[Union[float, str]], Sequence[Sequence[Union[float, str]]]]
+#: Coordinates on every axis, or on the only one.
+Edges = Union[Sequence[Union[float, str]], Sequence[Sequence[Union[float, str]]]]
 
 #: Seconds before progress is shown.
 PATIENCE = 2.0
@@ -87,10 +92,14 @@ class _Targets:
                 self.add(str(name), over=part)
         elif isinstance(parts, str):
             self.add(parts, over=parts)
+        elif not _is_list(parts):
+            raise InputError(f"over = {parts!r}: it must be a name, an interval, or a list of these")
         elif len(parts) == 2 and all(isinstance(end, (int, float)) for end in parts):
             self.add(f"mean of {_text(parts)}", over=list(parts))
         else:
             for part in parts:
+                if not isinstance(part, str) and not (_is_list(part) and len(part) == 2):
+                    raise InputError(f"over = {part!r}: a part is a name or an interval of two ends")
                 self.over(part if isinstance(part, str) else tuple(part))
 
     def weight(self, weights: Weights) -> None:
@@ -99,6 +108,8 @@ class _Targets:
             named = list(weights.items())
         elif isinstance(weights, str) or callable(weights):
             named = [(weights if isinstance(weights, str) else "weight", weights)]
+        elif not _is_list(weights):
+            raise InputError(f"weight = {weights!r}: it must be a formula, a function, or a list or dict of these")
         else:
             named = [(w if isinstance(w, str) else f"weight {i}", w) for i, w in enumerate(weights)]
         weight: Any
@@ -109,6 +120,11 @@ class _Targets:
                 self.weights.append((str(name), cast("Callable[..., float]", weight)))
             else:
                 raise InputError(f"weight = {weight!r}: it must be a formula or a function")
+
+
+def _is_list(value: Any) -> bool:
+    """Whether a value is a sequence and no text."""
+    return isinstance(value, (Sequence, np.ndarray)) and not isinstance(value, (str, bytes))
 
 
 def _several(places: Any, dimension: int) -> list[Any]:
@@ -128,21 +144,77 @@ def _several(places: Any, dimension: int) -> list[Any]:
     raise InputError(f"at has the shape {array.shape}: it must be a point or a row of points of {dimension} coordinates")
 
 
-def _place(place: Any, dimension: int) -> Any:
-    """A place as a problem file has it."""
-    if isinstance(place, Mapping):
-        return dict(place)
+def _coordinates(place: Any, dimension: int) -> list[float]:
+    """The coordinates of a point."""
     try:
         x = np.atleast_1d(np.asarray(place, dtype=float))
     except (TypeError, ValueError):
         raise InputError(f"at = {place!r}: it must be a point") from None
     if x.shape != (dimension,):
         raise InputError(f"at = {x.tolist()}: it must have {dimension} coordinate{'s' if dimension > 1 else ''}")
-    return float(x[0]) if dimension == 1 else x.tolist()
+    return [float(v) for v in x]
+
+
+def _place(place: Any, dimension: int) -> Any:
+    """A place as a problem file has it."""
+    if isinstance(place, Mapping):
+        return dict(place)
+    x = _coordinates(place, dimension)
+    return x[0] if dimension == 1 else x
+
+
+def _number(value: Any) -> Any:
+    """NumPy's numbers as Python's."""
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _axes(name: str, value: Any, dimension: Any, length: Optional[int]) -> list[list[Any]]:
+    """One list of numbers, or of formulas of parameters, for every axis: an interval of two ends, or edges."""
+    axes = list(value) if _is_list(value) else None
+    if axes is not None and all(isinstance(item, (int, float, str, np.number)) for item in axes):
+        axes = [axes]
+    wanted = "an interval `[from, to]` for each axis" if length else "a list of numbers for each axis"
+    wrong = InputError(f"{name} = {value!r}: it must be {wanted}")
+    if axes is None or not all(_is_list(axis) and (length is None or len(axis) == length) for axis in axes):
+        raise wrong
+    numbers = [[_number(end) for end in axis] for axis in axes]
+    if not all(isinstance(end, (int, float, str)) and not isinstance(end, bool) for axis in numbers for end in axis):
+        raise wrong
+    if isinstance(dimension, int) and len(numbers) != dimension:
+        raise InputError(f"{name} = {value!r}: it must be {wanted}, and there are {dimension}")
+    if any(isinstance(end, float) and np.isnan(end) for axis in numbers for end in axis):
+        raise InputError(f"{name} = {value!r}: an end must be no NaN, and an edge finite")
+    return numbers
+
+
+def _space(dimension: int, domain: Any, edges: Any, parameters: Optional[Mapping[str, Any]]) -> dict[str, Any]:
+    """What a problem file says of a product of intervals."""
+    space: dict[str, Any] = {"dimension": _number(dimension)}
+    if domain is not None:
+        space["domain"] = _axes("domain", domain, space["dimension"], 2)
+    if edges is not None:
+        space["edges"] = _axes("edges", edges, space["dimension"], None)
+    if parameters is not None:
+        if not isinstance(parameters, Mapping):
+            raise InputError(f"parameters = {parameters!r}: it must be a dict of numbers by their names")
+        space["parameters"] = dict(parameters)
+    return space
+
+
+def _problem_text(problem: dict[str, Any]) -> str:
+    """The text of a problem file. JSON has no infinity: a domain's ends go by their names."""
+    ends = problem.get("domain")
+    if ends is None:
+        return _fredholm.Task.text_of(_json({"problem": problem}))
+    name = {float("inf"): "inf", float("-inf"): "-inf"}
+    named = [[name.get(end, end) if isinstance(end, float) else end for end in axis] for axis in ends]
+    lines = _fredholm.Task.text_of(_json({"problem": {**problem, "domain": named}})).splitlines()
+    bare = [re.sub(r'"(-?inf)"', r"\1", line) if line.startswith("domain = ") else line for line in lines]
+    return "\n".join(bare) + "\n"
 
 
 class _Shows:
-    """Progress on stderr, for whoever waits longer than two seconds."""
+    """Progress on stderr, after two seconds."""
 
     def __init__(self) -> None:
         self.begin = time.monotonic()
@@ -162,10 +234,25 @@ class _Shows:
             print(f"\r{' ' * self.width}\r", end="", file=sys.stderr, flush=True)
 
 
+def _of_components(tables: list[dict[str, Any]], components: range) -> list[dict[str, Any]]:
+    """Targets of every unknown function of a system, but for those that name theirs."""
+
+    def named(table: dict[str, Any], number: int) -> dict[str, Any]:
+        name = table["name"]
+        name = f"u{number}{name[1:]}" if name == "u" or name.startswith("u(") else f"{name} of u{number}"
+        return {**table, "name": name, "component": number}
+
+    if not components:
+        return tables
+    numbers = [i + 1 for i in components]
+    all_of = [[named(table, i) for i in ([table["component"]] if "component" in table else numbers)] for table in tables]
+    return [table for tables in all_of for table in tables]
+
+
 class Problem:
     """An equation u(x) = ∫ K(x, y) u(y) dy + F(x).
 
-    Made by :class:`Cube`, :class:`Circle`, :class:`Room`, :class:`Sphere` and :func:`load`.
+    Made by :class:`Cube`, :class:`System`, :class:`Circle`, :class:`Room`, :class:`Sphere` and :func:`load`.
     """
 
     def __init__(
@@ -175,12 +262,14 @@ class Problem:
         dimension: int,
         functions: Optional[_fredholm.Functions] = None,
         drawing: Optional[dict[str, Any]] = None,
+        components: int = 0,
     ) -> None:
         self._name = name
         self._text = text
         self._dimension = dimension
         self._functions = functions
         self._drawing = drawing
+        self._components = components
 
     @property
     def text(self) -> str:
@@ -192,20 +281,28 @@ class Problem:
 
     def check(self) -> list[str]:
         """Checks the problem; remarks on what is allowed and hardly meant."""
-        task = self._task(_Targets())
-        return task.check({})[2]
+        return self._task(self._targets()).check({})[2]
 
     def _task(self, targets: _Targets) -> _fredholm.Task:
         asked = _json({"target": targets.tables}) if targets.tables else None
         if not targets.tables and targets.weights:
             asked = ""
         if asked is None and "target" not in self._text:
-            asked = _json({"target": [{"name": "mean", "over": "all"}]})
+            asked = _json({"target": _of_components([{"name": "mean", "over": "all"}], range(self._components))})
         elif asked == "":
             asked = "{}"
         return _fredholm.Task(self._name, self._text, asked, self._functions, targets.weights)
 
-    def _targets(self, at: Any, mean: bool, over: Any, weight: Any, grid: Any, target: Any) -> _Targets:
+    def _targets(
+        self,
+        at: Any = None,
+        mean: bool = False,
+        over: Any = None,
+        weight: Any = None,
+        grid: Any = None,
+        target: Any = None,
+        component: Optional[int] = None,
+    ) -> _Targets:
         asked = _Targets()
         if mean:
             asked.add("mean", over="all")
@@ -221,9 +318,16 @@ class Problem:
                     asked.add(str(surface), grid=points, surface=str(surface))
             else:
                 asked.add("u", grid=grid)
+        if asked.weights and self._components:
+            raise InputError("weights of a system are formulas")
+        if component is not None:
+            asked.tables = [{**table, "component": component} for table in asked.tables]
+        asked.tables = _of_components(asked.tables, range(self._components))
         if target is not None:
-            for table in [target] if isinstance(target, Mapping) else target:
-                asked.tables.append(dict(table))
+            tables = [target] if isinstance(target, Mapping) else target
+            if not _is_list(tables) or not all(isinstance(table, Mapping) for table in tables):
+                raise InputError(f"target = {target!r}: it must be a dict or a list of dicts, as problem files have them")
+            asked.tables += [dict(table) for table in tables]
         return asked
 
     def solve(
@@ -237,11 +341,16 @@ class Problem:
         target: Optional[Any] = None,
         target_error: Optional[float] = None,
         relative: bool = False,
+        component: Optional[int] = None,
+        method: Optional[str] = None,
         walks: Optional[int] = None,
         cells: Optional[int] = None,
         degree: Optional[int] = None,
         pairs: Optional[str] = None,
         lift: Optional[int] = None,
+        points: Optional[int] = None,
+        grading: Optional[float] = None,
+        shadow_cuts: Optional[bool] = None,
         absorption: Optional[float] = None,
         estimator: Optional[str] = None,
         form: Optional[str] = None,
@@ -250,18 +359,18 @@ class Problem:
         last_step: Optional[bool] = None,
         adjoint: Optional[bool] = None,
         global_: Optional[bool] = None,
+        score_degree: Optional[int] = None,
         scalar: Optional[str] = None,
         allow_infinite_variance: bool = False,
         seed: Optional[int] = None,
         batch: Optional[int] = None,
         threads: Optional[int] = None,
         time_limit: Optional[float] = None,
-        progress: Shown = True,
+        progress: Shown = None,
     ) -> Result:
         """Estimates functionals of u, with standard errors.
 
-        Settings that are not given are chosen if ``target_error`` is given, and have a default otherwise. The same problem,
-        settings and seed give the same bits on every machine and for any number of threads.
+        Settings that are not given are chosen. The same problem, settings and seed give the same bits on every machine and for any number of threads.
 
         Parameters
         ----------
@@ -282,10 +391,18 @@ class Problem:
             The largest standard error, in the unit of u; with ``relative``, as a share of each estimate.
         relative : bool
             Whether ``target_error`` is relative.
+        component : int
+            The unknown function of a system, from 1, that is asked for; all of them if it is not given.
+        method : str
+            "resolvent", of cubes and systems, whatever the norm of K; "walks" of a chain; or "paper", these as in Heinrich 1995.
         walks : int
             The number of walks of a target; with ``target_error``, the most.
         cells, degree : int
             Cells (of a cube, per axis) and degree of the Galerkin solution.
+        points : int
+            Quadrature points of a cell and axis.
+        grading, shadow_cuts : float, bool
+            How cells shrink towards the corners of a room, and whether its walls are cut at the edges of shadows.
         pairs, form, sequence, scalar : str
             Pairs of cells ("default", "paper", "pointwise", "rays"), "residual" or "product", "random" or "sobol", "f64" or
             "f32".
@@ -300,6 +417,8 @@ class Problem:
         last_step, adjoint, global_ : bool
             Whether the last step leads to the light, whether walks go from the sources to the receivers, and whether one set of
             walks answers all targets.
+        score_degree : int
+            The degree of the polynomials on whose coefficients walks of a chain score, with ``global_``.
         allow_infinite_variance : bool
             Whether walks of infinite variance are made, whose error bars mean nothing.
         seed, batch : int
@@ -309,7 +428,8 @@ class Problem:
         time_limit : float
             Seconds after which walks end.
         progress : bool or callable
-            Whether progress is shown on stderr after two seconds, or a function of the walks so far and those expected.
+            Whether progress is shown on stderr after two seconds, or a function of the walks so far and those expected. If it is
+            not given, it is shown where stderr is a terminal.
 
         Returns
         -------
@@ -335,11 +455,15 @@ class Problem:
         options = {
             "target_error": target_error,
             "relative": relative,
+            "method": method,
             "walks": walks,
             "cells": cells,
             "degree": degree,
             "pairs": pairs,
             "lift": lift,
+            "points": points,
+            "grading": grading,
+            "shadow_cuts": shadow_cuts,
             "absorption": absorption,
             "estimator": estimator,
             "form": form,
@@ -348,6 +472,7 @@ class Problem:
             "last_step": last_step,
             "adjoint": adjoint,
             "global_": global_,
+            "score_degree": score_degree,
             "scalar": scalar,
             "allow_infinite_variance": allow_infinite_variance or None,
             "seed": seed,
@@ -357,7 +482,9 @@ class Problem:
         }
         if not relative:
             options["relative"] = None
-        task = self._task(self._targets(at, mean, over, weight, grid, target))
+        task = self._task(self._targets(at, mean, over, weight, grid, target, component))
+        if progress is None:
+            progress = sys.stderr is not None and sys.stderr.isatty()
         shows = _Shows() if progress is True else None
         call = shows if shows is not None else (progress if callable(progress) else None)
         try:
@@ -394,7 +521,7 @@ class Problem:
         Returns
         -------
         Prediction or None
-            None if ``cells`` is given, so that nothing is chosen.
+            None if nothing is open: walks of a chain with ``cells``.
 
         Examples
         --------
@@ -430,12 +557,18 @@ class Problem:
         True
         """
         targets, settings = self._split(None, True, options)
-        return Sweep(*self._task(targets).sweep([int(n) for n in cells], int(walks), settings))
+        try:
+            numbers = [int(n) for n in cells]
+        except (TypeError, ValueError):
+            numbers = [-1]
+        if min(numbers, default=-1) < 1:
+            raise InputError(f"cells = {cells!r}: it must be a list of whole numbers, 1 or more")
+        if not isinstance(walks, (int, np.integer)) or walks < 1:
+            raise InputError(f"walks = {walks!r}: it must be a whole number, 1 or more")
+        return Sweep(*self._task(targets).sweep(numbers, int(walks), settings))
 
     def field(self, grid: Optional[int] = None, *, at: Optional[Any] = None, **options: Any) -> Field:
         """The global estimate: u at many points from one set of walks, with a band that holds at all of them together.
-
-        Functions of arrays are called for one point at a time here, which is slow.
 
         Parameters
         ----------
@@ -455,7 +588,9 @@ class Problem:
         """
         if (grid is None) == (at is None):
             raise InputError("field: give a number of points or the points")
-        points = [] if at is None else [[float(v) for v in np.atleast_1d(x)] for x in _several(at, self._dimension)]
+        if grid is not None and (not isinstance(grid, (int, np.integer)) or grid < 1):
+            raise InputError(f"grid = {grid!r}: it must be a number of points, 1 or more")
+        points = [] if at is None else [_coordinates(x, self._dimension) for x in _several(at, self._dimension)]
         targets, settings = self._split(None, True, options)
         found = self._task(targets).field(grid, points, settings)
         numbers = [[np.nan if x is None else x for x in list_] for list_ in (found.std_errors, found.bands)]
@@ -475,7 +610,7 @@ class Problem:
 
     def _split(self, at: Any, mean: bool, options: Mapping[str, Any]) -> tuple[_Targets, dict[str, Any]]:
         """What is asked for, and the settings among some options."""
-        asked = {key: options.get(key) for key in ("over", "weight", "grid", "target")}
+        asked = {key: options.get(key) for key in ("over", "weight", "grid", "target", "component")}
         settings = {key: value for key, value in options.items() if key not in asked}
         unknown = set(settings) - _SETTINGS
         if unknown:
@@ -496,13 +631,18 @@ _SETTINGS = {
     "forced_steps",
     "form",
     "global_",
+    "grading",
     "last_step",
     "lift",
+    "method",
     "pairs",
+    "points",
     "relative",
     "scalar",
+    "score_degree",
     "seed",
     "sequence",
+    "shadow_cuts",
     "target_error",
     "threads",
     "time_limit",
@@ -525,7 +665,11 @@ class Cube(Problem):
     dimension : int
         d, from 1 to 6.
     domain : list of pairs
-        The interval of every axis, whose ends may be infinite; [0, 1] if it is not given.
+        The interval of every axis, or of the only one, whose ends may be infinite; [0, 1] if it is not given.
+    edges : list of lists of float
+        Coordinates of every axis, or of the only one, at which cells end, besides those where jumps are found.
+    parameters : dict of float or str
+        Numbers that all formulas know by their names, the ends of the domain among them; or formulas of those before.
     solution : str
         A formula of u, where it is known: results are compared with it.
     vectorized : bool
@@ -545,19 +689,22 @@ class Cube(Problem):
         source: Function,
         *,
         dimension: int = 1,
-        domain: Optional[Sequence[Sequence[float]]] = None,
+        domain: Optional[Domain] = None,
+        edges: Optional[Edges] = None,
+        parameters: Optional[Mapping[str, Union[float, str]]] = None,
         solution: Optional[str] = None,
         vectorized: Optional[bool] = None,
     ) -> None:
+        kernel, source = _number(kernel), _number(source)
+        for name, value in (("kernel", kernel), ("source", source)):
+            if isinstance(value, complex):
+                raise complex_error(name)
         is_text = isinstance(kernel, (str, list, tuple))
         if isinstance(kernel, (int, float)) and isinstance(source, (str, int, float)):
             kernel, is_text = repr(float(kernel)), True
         if is_text and isinstance(source, (int, float)) and not isinstance(source, bool):
             source = repr(float(source))
-        problem: dict[str, Any] = {"kind": "cube", "dimension": dimension}
-        if domain is not None:
-            domain = [[float(end) for end in interval] for interval in domain]
-            problem["domain"] = domain
+        problem: dict[str, Any] = {"kind": "cube", **_space(dimension, domain, edges, parameters)}
         functions = None
         if is_text:
             if not isinstance(source, str):
@@ -570,13 +717,88 @@ class Cube(Problem):
             if solution is not None:
                 raise InputError("`solution` is a formula, which goes with a kernel that is a formula")
             problem.update(kernel="0", source="0")
-        text = _fredholm.Task.text_of(_json({"problem": problem}))
+        text = _problem_text(problem)
         # What is wrong with the dimension and the domain is said first.
-        _fredholm.Task("<Cube>", text, _json({"target": [{"name": "mean", "over": "all"}]})).check({})
+        target = {"name": "target", **({"over": "all"} if domain is None else {"weight": "1"})}
+        _fredholm.Task("<Cube>", text, _json({"target": [target]})).check({})
         if not is_text:
-            box = np.array(domain if domain is not None else [[0.0, 1.0]] * dimension)
-            functions = compiled_functions(kernel, source, box, vectorized)
-        super().__init__("<Cube>", text, dimension, functions)
+            ends = problem.get("domain", [[0.0, 1.0]] * dimension)
+            if any(isinstance(end, str) for axis in ends for end in axis):
+                raise InputError("the ends of the domain of a function are numbers")
+            functions = compiled_functions(kernel, source, np.array(ends, dtype=float), vectorized)
+        super().__init__("<Cube>", text, problem["dimension"], functions)
+
+
+class System(Problem):
+    """Equations u_i(x) = Σ_j ∫ K_ij(x, y) u_j(y) dy + F_i(x) for as many unknown functions, on a product of intervals.
+
+    A complex equation is one of two, for the real and the imaginary part of u.
+
+    Parameters
+    ----------
+    kernels : list of lists of str
+        The formulas K_ij, a row for each equation.
+    sources : list of str
+        The formulas F_i.
+    dimension : int
+        d, from 1 to 3.
+    domain, edges, parameters
+        As of :class:`Cube`.
+    solutions : list of str
+        The formulas of u_i, where they are known.
+
+    Examples
+    --------
+    >>> import fredholm
+    >>> # u = 1 + (1 + 2i) ∫ u on [0, 1], whose solution is i/2.
+    >>> u = fredholm.System([["1", "-2"], ["2", "1"]], ["1", "0"])
+    >>> result = u.solve(at=0.5, target_error=1e-8)
+    >>> result.names, [round(float(x), 6) + 0.0 for x in result.values]
+    (['u1(0.5)', 'u2(0.5)'], [0.0, 0.5])
+    """
+
+    def __init__(
+        self,
+        kernels: Sequence[Sequence[Union[str, float]]],
+        sources: Sequence[Union[str, float]],
+        *,
+        dimension: int = 1,
+        domain: Optional[Domain] = None,
+        edges: Optional[Edges] = None,
+        parameters: Optional[Mapping[str, Union[float, str]]] = None,
+        solutions: Optional[Sequence[Union[str, float]]] = None,
+    ) -> None:
+        rows = kernels if _is_list(kernels) else []
+        given = [sources] if solutions is None else [sources, solutions]
+        if not rows or not all(_is_list(row) and len(row) == len(rows) for row in rows):
+            raise InputError("kernels: they must be formulas, as many rows of as many, one row for each equation")
+        if not all(_is_list(column) and len(column) == len(rows) for column in given):
+            raise InputError(f"sources and solutions: there must be {len(rows)} formulas, one for each equation")
+        equations: list[dict[str, Any]] = []
+        for i, row in enumerate(rows):
+            equation: dict[str, Any] = {
+                "kernel": [_formula(f"kernels[{i}][{j}]", k) for j, k in enumerate(row)],
+                "source": _formula(f"sources[{i}]", sources[i]),
+            }
+            if solutions is not None:
+                equation["solution"] = _formula(f"solutions[{i}]", solutions[i])
+            equations.append(equation)
+        text = _problem_text({"kind": "system", **_space(dimension, domain, edges, parameters), "equation": equations})
+        super().__init__("<System>", text, int(dimension), components=len(rows))
+        if domain is None:
+            self.check()
+
+
+def _formula(name: str, value: Any) -> str:
+    """A formula, or a number as one."""
+    value = _number(value)
+    if isinstance(value, complex):
+        raise complex_error(name)
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        return repr(float(value))
+    if not isinstance(value, str):
+        raise InputError(f"{name} = {value!r}: it must be a formula; functions of a system are those of Rust")
+    return value
 
 
 class Circle(Problem):
@@ -598,6 +820,7 @@ class Circle(Problem):
     """
 
     def __init__(self, reflectance: Union[float, Sequence[float]], emission: Any, **more: Any) -> None:
+        reflectance, emission = _number(reflectance), _number(emission)
         several = [reflectance] if isinstance(reflectance, (int, float)) else reflectance
         light = [float(emission)] if isinstance(emission, (int, float)) else emission
         problem = {"kind": "circle", "reflectance": several, "emission": light, **more}
@@ -628,6 +851,8 @@ class Room(Problem):
     """
 
     def __init__(self, surfaces: Sequence[Mapping[str, Any]], **more: Any) -> None:
+        if not _is_list(surfaces) or not all(isinstance(surface, Mapping) for surface in surfaces):
+            raise InputError(f"surfaces = {surfaces!r}: it must be a list of dicts, one for each surface")
         problem = {"kind": "room", **more, "surface": list(surfaces)}
         text = _fredholm.Task.text_of(_json({"problem": problem}))
         super().__init__("<Room>", text, 2, drawing={"surfaces": [dict(s) for s in surfaces]})

@@ -40,7 +40,7 @@ class Value:
     std_error : float
         The standard error of the estimate; NaN if there were too few walks for one.
     plain, plain_std_error : float
-        The estimate of the same walks without a control variate, and the standard error.
+        The estimate of the same walks without a control variate, and the standard error; NaN of resolvent walks, which have none.
     galerkin : float
         The Galerkin solution, of unknown error.
     walks : int
@@ -145,10 +145,8 @@ class Result:
         columns = ["value", "std_error", "plain", "plain_std_error", "galerkin", "walks"]
         rows = [[getattr(value, column) for column in columns] for value in self._values]
         frame = pandas.DataFrame(rows, columns=columns, index=pandas.Index(self.names, name="target"))
-        places = self._places()
-        if places is not None:
-            for axis, x in enumerate(places.T):
-                frame.insert(axis, f"x{axis + 1}", x)
+        for number, (name, column) in enumerate(self._columns_of_places().items()):
+            frame.insert(number, name, column)
         return frame
 
     def to_xarray(self) -> xarray.Dataset:
@@ -163,10 +161,8 @@ class Result:
             "galerkin": ("target", np.array([value.galerkin for value in self._values])),
         }
         coordinates: dict[str, Any] = {"target": self.names}
-        places = self._places()
-        if places is not None:
-            for axis, x in enumerate(places.T):
-                coordinates[f"x{axis + 1}"] = ("target", x)
+        for name, column in self._columns_of_places().items():
+            coordinates[name] = ("target", column)
         kept = {k: v for k, v in self._report.items() if isinstance(v, (str, int, float))}
         return xarray.Dataset(variables, coordinates, attrs=kept)
 
@@ -176,6 +172,21 @@ class Result:
         if any(place is None or isinstance(place, dict) for place in places) or not places:
             return None
         return np.array([np.atleast_1d(place) for place in places], dtype=np.float64)
+
+    def _columns_of_places(self) -> dict[str, Any]:
+        """Where the targets lie: the coordinates of points; those on surfaces of a room have these, and t from one end to the other. What
+        has no place has NaN, and none have columns of NaN alone."""
+        raw = [value.raw for value in self._values]
+        columns: dict[str, Any] = {}
+        on_surfaces = [at if isinstance(at, dict) else {} for at in (told.get("at") for told in raw)]
+        if any(on_surfaces):
+            columns["surface"] = [at.get("surface") for at in on_surfaces]
+            columns["t"] = np.array([_number(at.get("t")) for at in on_surfaces])
+        places = [told.get("position", told.get("at")) for told in raw]
+        points = [np.atleast_1d(place) if isinstance(place, (list, float, int)) else np.empty(0) for place in places]
+        for axis in range(max((len(point) for point in points), default=0)):
+            columns[f"x{axis + 1}"] = np.array([point[axis] if axis < len(point) else np.nan for point in points], dtype=float)
+        return columns
 
     def plot(self, ax: Optional[Axes] = None) -> Axes:
         """Draws the estimates with intervals of 95 %; needs matplotlib.
@@ -191,21 +202,24 @@ class Result:
         return self._table.rstrip()
 
     def _repr_html_(self) -> str:
-        head = "".join(f"<th>{name}</th>" for name in ["target", "value", "± error", "plain", "± error", "Galerkin", "walks"])
+        # Resolvent walks have no plain estimates.
+        has_plain = not all(np.isnan(value.plain) for value in self._values)
+        titles = ["target", "value", "± error", *(["plain", "± error"] if has_plain else []), "without walks", "walks"]
+        head = "".join(f"<th>{name}</th>" for name in titles)
         rows = []
         for value in self._values:
             cells = [
                 html.escape(value.name),
                 f"<b>{value.value:.10g}</b>",
                 f"{value.std_error:.2g}",
-                f"{value.plain:.6g}",
-                f"{value.plain_std_error:.2g}",
+                *([f"{value.plain:.6g}", f"{value.plain_std_error:.2g}"] if has_plain else []),
                 f"{value.galerkin:.8g}",
                 f"{value.walks:,}",
             ]
             rows.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
         told = self._report
-        note = f"{told['problem']}, {told['cells']} cells, degree {told['degree']}, {told['pairs']} pairs, seed {told['seed']}"
+        how = f"{told['pairs']} pairs" if "pairs" in told else f"{told['method']} walks"
+        note = f"{told['problem']}, {told['cells']} cells, degree {told['degree']}, {how}, seed {told['seed']}"
         state = "" if self.reached else f" <b>{html.escape(str(told['stop']))}</b>"
         return f"<table><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table><small>{html.escape(note)}{state}</small>"
 
@@ -214,14 +228,15 @@ class Result:
 class Prediction:
     """The settings that would be chosen for an error, with their time; ``raw`` is everything that is known of them.
 
-    ``absorption`` is None where walks end by roulette.
+    ``absorption`` is None where walks end by roulette, and ``pairs`` and ``estimator`` are None of resolvent walks, which have none.
     """
 
+    method: str
     cells: int
     degree: int
-    pairs: str
+    pairs: Optional[str]
     absorption: Optional[float]
-    estimator: str
+    estimator: Optional[str]
     seconds: float
     walks: float
     raw: dict[str, Any] = field(repr=False)
@@ -234,6 +249,7 @@ class Prediction:
             return None
         seconds = raw["predicted_setup_seconds"] + raw["predicted_walk_seconds"]
         return Prediction(
+            method=raw["method"],
             cells=raw["cells"],
             degree=raw["degree"],
             pairs=raw["pairs"],
@@ -307,6 +323,25 @@ class Field:
     bands: Array
     iterates: Array
     summary: dict[str, Any] = field(repr=False)
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """A table with a row for each point: its coordinates, the value, and its errors; needs pandas."""
+        import pandas
+
+        return pandas.DataFrame({**self._coordinates(), **self._columns()})
+
+    def to_xarray(self) -> xarray.Dataset:
+        """A dataset along the dimension ``point``; needs xarray."""
+        import xarray
+
+        variables = {name: ("point", column) for name, column in self._columns().items()}
+        return xarray.Dataset(variables, {name: ("point", x) for name, x in self._coordinates().items()})
+
+    def _coordinates(self) -> dict[str, Array]:
+        return {f"x{axis + 1}": x for axis, x in enumerate(self.points.T)}
+
+    def _columns(self) -> dict[str, Array]:
+        return {"value": self.values, "std_error": self.std_errors, "band": self.bands, "iterate": self.iterates}
 
     def plot(self, ax: Optional[Axes] = None) -> Axes:
         """Draws the curve with its band, or the map; needs matplotlib."""

@@ -16,7 +16,7 @@ use std::sync::OnceLock;
 use fredholm_core::galerkin::{Cells, PairIntegral, PairKind, TransitionMoments, buffer};
 use fredholm_core::global::Stationary;
 use fredholm_core::{Density, Equation, Lights, Space};
-use fredholm_rayon::fill_rows;
+use fredholm_rayon::{fill_rows, gathered};
 
 use crate::domain::Domain;
 use crate::{Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Subject};
@@ -610,7 +610,7 @@ impl<E: CustomEquation<Scalar = f64>> Model for CustomModel<E> {
         let seconds = [self.kernel_seconds; 2];
         let edges = whole.map(|whole| {
             let (images, whole) = (whole.cells(), ByDensity(whole));
-            let mut edges = resolvent::edges(&whole);
+            let mut edges = gathered(|| resolvent::edges(&whole));
             for (found, named) in edges.iter_mut().zip(&self.edges) {
                 found.extend(named);
                 found.sort_by(f64::total_cmp);
@@ -639,7 +639,7 @@ impl<E: CustomEquation<Scalar = f64>> Model for CustomModel<E> {
         resolvent::answer(question, &sizes, &|fine, coarse| {
             let (grid, degree) = cut(fine)?;
             let coarse = coarse.map(cut).transpose()?;
-            resolvent::cut_of(grid, &self.equations, degree, coarse)
+            resolvent::cut_of(grid, &self.equations, degree, coarse, question.watch)
         })
     }
 

@@ -3,6 +3,7 @@
 use std::sync::{Mutex, PoisonError};
 
 use fredholm_core::Real;
+use fredholm_rayon::is_incomplete;
 
 use crate::Error;
 use crate::custom::Coordinates;
@@ -78,6 +79,10 @@ impl Watch {
 
 #[cold]
 fn keep(first: &Mutex<Option<String>>, what: impl FnOnce() -> String) {
+    // What is not known yet is not wrong.
+    if is_incomplete() {
+        return;
+    }
     let mut first = first.lock().unwrap_or_else(PoisonError::into_inner);
     first.get_or_insert_with(what);
 }
