@@ -279,16 +279,15 @@ impl Error {
     }
 }
 
-/// More is asked for than is begun unasked.
+/// A run that would take too long to start it without being told when to stop.
 fn too_long(seconds: f64) -> String {
     if !seconds.is_finite() {
-        return "no number of walks reaches this error; use a larger one, or give `walks` or a time limit, after which to stop \
-                in any case: more than an hour is not begun unasked"
+        return "no number of walks reaches this error: use a larger one, or say when to stop in any case, by `walks` or a time limit"
             .to_owned();
     }
     format!(
-        "the best that was found takes about {} s on one thread, and more than {} s are not begun unasked; use \
-         a larger error, or give `walks` or a time limit, after which to stop in any case",
+        "this error takes about {} s on one thread, by the best settings that were found, and a run of more than {} s starts only if \
+         you say when to stop: give `walks` or a time limit, or use a larger error",
         short(seconds),
         short(MOST_SECONDS)
     )

@@ -263,7 +263,7 @@ fn hours_are_not_begun_unasked() {
     for word in [
         "--target-error",
         "no number of walks",
-        "starts only if you say when to stop",
+        "say when to stop",
         "`walks`",
     ] {
         assert!(refused.stderr.contains(word), "no {word:?}: {refused:?}");

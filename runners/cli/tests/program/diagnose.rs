@@ -169,7 +169,7 @@ fn text_and_pictures() {
         let ran = fredholm(&[diagnose(), &[&*file], &args].concat()).quietly(0);
         for expected in [
             words,
-            "Theorem 3: √Var ≤",
+            "Theorem 3: √Var is at most",
             "quantities of the paper",
             "finite variance",
             "sources differ",
