@@ -176,14 +176,26 @@ pub enum Error {
 /// let error = EquationError::new("x".parse::<f64>().unwrap_err());
 /// assert_eq!(error.to_string(), "invalid float literal");
 /// ```
-#[derive(Clone, Debug, thiserror::Error)]
-#[error("{0}")]
-pub struct EquationError(#[source] Arc<dyn core::error::Error + Send + Sync>);
+#[derive(Clone, Debug)]
+pub struct EquationError(Arc<dyn core::error::Error + Send + Sync>);
 
 impl EquationError {
     /// The error of an equation.
     pub fn new(error: impl core::error::Error + Send + Sync + 'static) -> Self {
         Self(Arc::new(error))
+    }
+}
+
+impl core::fmt::Display for EquationError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+/// The source is the error itself, and not the pointer to it, so that callers can ask for its type.
+impl core::error::Error for EquationError {
+    fn source(&self) -> Option<&(dyn core::error::Error + 'static)> {
+        Some(&*self.0)
     }
 }
 
