@@ -281,11 +281,11 @@ fn read_target(mut section: Section<'_, '_>) -> Result<Target, InputError> {
     let mut chosen = chosen.into_iter();
     let Some(first) = chosen.next() else {
         return Err(section.error(format_args!(
-            "target{} does not say what to compute: give one of \
+            "{} does not say what to compute: give one of \
              `at = …` (an angle, a point of the cube, a place on a surface, the name of a CSV file of these), \
              `over = \"all\"`, `over = [from, to]` (circle), `over = \"surface\"` (room, scene), \
              `weight = \"…\"` (cube), `grid = points`",
-            name.map_or_else(String::new, |name| format!(" {:?}", name.value))
+            name.map_or_else(|| "this target".to_owned(), |name| format!("target {:?}", name.value))
         )));
     };
     let name = name.unwrap_or_else(|| first.written());
