@@ -43,6 +43,8 @@ pub struct ResolventEstimate {
     pub value: f64,
     /// The part that takes no walks.
     pub known: f64,
+    /// The error that rounding leaves, which more points do not lower.
+    pub floor: f64,
     /// The standard error.
     pub std_error: f64,
     /// The degrees of freedom of the standard error.
@@ -62,15 +64,15 @@ pub struct ResolventFigures {
     pub first_radius: f64,
     /// The condition number of I − K' in the maximum norm.
     pub condition: f64,
-    /// The part of a value that rounding leaves unknown, by the condition number, the scalar, and √N.
+    /// The part of the terms of a value that rounding leaves unknown, by the condition number, the scalar, and √N.
     pub rounding: f64,
 }
 
 impl ResolventFigures {
-    /// The error that rounding leaves of a value, which more points do not lower.
+    /// The error that rounding leaves of a sum of terms that have this size together, which more points do not lower.
     #[must_use]
-    pub fn floor(&self, value: f64) -> f64 {
-        self.rounding * value.abs()
+    pub fn floor(&self, size: f64) -> f64 {
+        self.rounding * size
     }
 }
 

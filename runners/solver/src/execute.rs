@@ -90,7 +90,7 @@ impl SetUp {
     pub fn floor(&self, scalar: Scalar, statistics: &Statistics) -> f64 {
         let u = statistics.preconditioned().estimate;
         if let Some(figures) = self.resolvent {
-            return figures.floor(u);
+            return figures.floor(self.largest);
         }
         // Plain walks have no table: every step of theirs rounds once.
         let length = statistics.states() as f64 / statistics.walks().max(1) as f64;

@@ -291,6 +291,24 @@ fn cells_are_no_more_than_rounding_is_worth() {
     assert!(report.unknowns < 600, "{}", report.unknowns);
 }
 
+/// Where u is 0, or nearly, terms cancel that are not: what is left is rounding, and no error.
+#[test]
+fn a_zero_is_as_exact_as_its_terms() {
+    // u = 1.2 x.
+    let line = CubeModel::from_fn::<1>(|x, y| 0.5 * x[0] * y[0], |x| x[0]);
+    // u = (x - ½) / (1 - 1 / 60): odd about the middle.
+    let odd = CubeModel::from_fn::<1>(|x, y| 0.2 * (x[0] - 0.5) * (y[0] - 0.5), |x| x[0] - 0.5);
+    for (model, zero) in [(line, 0.0), (odd, 0.5)] {
+        let solver = Solver::new(&model).at(zero).method(Method::Resolvent);
+        for solver in [solver.clone(), solver.batch(128)] {
+            let report = solver.walks(5000).solve().unwrap();
+            let own = &report.goals[0];
+            assert!((1e-17..1e-12).contains(&own.rounding_floor), "{own:?}");
+            assert!(off(&report, 0, 0.0).abs() < 4.0, "{own:?}");
+        }
+    }
+}
+
 /// A point between two cells sees one side of its own: K has no value at x = y.
 #[test]
 fn points_are_ends_of_cells() {

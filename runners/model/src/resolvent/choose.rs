@@ -490,12 +490,13 @@ impl<'a> Search<'_, 'a> {
             made => made?,
         };
         let walks = cut.walks(goals, None)?;
-        let known: Vec<f64> = walks.known().into_iter().map(f64::abs).collect();
-        let largest = known.iter().copied().fold(0.0, f64::max);
+        let known = walks.known();
+        let largest = known.iter().fold(0.0, |all: f64, own| all.max(own[1]));
         self.error = match self.question.settings.tolerance {
             Some(Tolerance::Absolute(error)) => Some(error),
             Some(Tolerance::Relative(share)) => {
-                let least = known.into_iter().fold(f64::INFINITY, f64::min);
+                let least = |all: f64, own: &[f64; 2]| all.min(own[0].abs());
+                let least = known.iter().fold(f64::INFINITY, least);
                 Some(share * least)
             }
             None => None,

@@ -63,8 +63,8 @@ pub trait ResolventWalks: Sync {
     /// By how much they have lowered it so far.
     fn gain(&self) -> f64;
 
-    /// The part of every goal that takes no walks; of many images some are looked at.
-    fn known(&self) -> Vec<f64>;
+    /// The part of every goal that takes no walks, and the size of its terms; of many images some are looked at.
+    fn known(&self) -> Vec<[f64; 2]>;
 
     /// The mean number of values of K of an image, and the largest standard error of one.
     fn image_costs(&self) -> [f64; 2];
@@ -349,6 +349,7 @@ where
         let mut asked = Asked {
             weights: vec![0.0; width],
             known: 0.0,
+            size: 0.0,
             point: None,
             rest: None,
         };
@@ -360,6 +361,7 @@ where
                 let to = moments.iter_mut().skip(x.cell * own).take(own);
                 to.zip(x.functions).for_each(|(to, psi)| *to = psi);
                 asked.known = self.equation.source(&point).to_f64();
+                asked.size = asked.known.abs();
                 asked.point = Some(x);
             }
             Functional::Mean => {
@@ -404,6 +406,12 @@ where
         asked.known += terms
             .map(|(unknown, (f, w))| measure(unknown) * f * w)
             .sum::<f64>();
+        let solution = self.correction.iter().zip(&self.source);
+        asked.size += moments
+            .iter()
+            .zip(solution)
+            .map(|(moment, (g, f))| moment.abs() * (g.abs() + f.abs()))
+            .sum::<f64>();
         asked.rest = rest.map(|weight| {
             let coefficients = moments.iter().enumerate();
             Rest {
@@ -423,6 +431,8 @@ pub(super) struct Asked<'c, P> {
     pub(super) weights: Vec<f64>,
     /// The part that takes no walks.
     pub(super) known: f64,
+    /// The sum of the sizes of its terms.
+    pub(super) size: f64,
     pub(super) point: Option<CellPoint<P>>,
     pub(super) rest: Option<Rest<'c, P>>,
 }

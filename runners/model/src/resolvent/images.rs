@@ -58,6 +58,8 @@ pub(super) struct Imaged {
     pub(super) weights: Vec<f64>,
     /// What takes no walks: of a point F + T_K g.
     pub(super) known: f64,
+    /// The sum of the sizes of its terms.
+    pub(super) size: f64,
     pub(super) image: Image,
 }
 
@@ -141,6 +143,7 @@ where
             all.push(Imaged {
                 weights,
                 known,
+                size: asked.size,
                 image,
             });
         }

@@ -93,17 +93,11 @@ impl ResolventSizes {
 }
 
 /// Whether an error is asked for that rounding alone is above: no points reach it.
-fn is_below_rounding(
-    estimates: &[ResolventEstimate],
-    tolerance: &Option<Tolerance>,
-    rounding: f64,
-) -> bool {
-    let floor = |own: &ResolventEstimate| rounding * own.value.abs();
-    match *tolerance {
-        Some(Tolerance::Absolute(error)) => estimates.iter().any(|own| floor(own) > error),
-        Some(Tolerance::Relative(share)) => rounding > share,
-        None => false,
-    }
+fn is_below_rounding(estimates: &[ResolventEstimate], tolerance: Option<Tolerance>) -> bool {
+    tolerance.is_some_and(|tolerance| {
+        let mut all = estimates.iter();
+        all.any(|own| own.floor > bound_of(tolerance, own.value))
+    })
 }
 
 /// Cells as they are asked for, and the degree of polynomials on them.
@@ -200,18 +194,20 @@ fn walk<'a>(
         _ => FIRST,
     };
     if question.is_prediction {
+        let known = walks.known().into_iter();
+        let known = known.map(|[known, size]| ResolventEstimate {
+            value: known,
+            known,
+            floor: figures.floor(size),
+            std_error: f64::INFINITY,
+            freedom: 0.0,
+            points: 0,
+        });
         // The first round has some in any case.
         let points = match settings.tolerance {
             Some(_) => chosen.points.max(first).min(most),
             None => most,
         };
-        let known = walks.known().into_iter().map(|known| ResolventEstimate {
-            value: known,
-            known,
-            std_error: f64::INFINITY,
-            freedom: 0.0,
-            points: 0,
-        });
         let counts = [points as u64, 0];
         let seconds = points * chosen.seconds;
         let answer = answer(known.collect(), counts, (0, StopReason::Done), seconds);
@@ -268,7 +264,7 @@ fn walk<'a>(
         }
         let is_known = estimates.iter().all(|own| own.freedom >= LEAST_FREEDOM);
         let off = needed(&estimates).unwrap_or(f64::INFINITY);
-        if is_below_rounding(&estimates, &settings.tolerance, figures.rounding) {
+        if is_below_rounding(&estimates, settings.tolerance) {
             stop = StopReason::ToleranceNotReached;
             reason = Some("rounding alone leaves more".to_owned());
             break;

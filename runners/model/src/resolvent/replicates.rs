@@ -4,6 +4,7 @@ use fredholm_core::{Batch, Job, NotFinite};
 
 use super::{ResolventAnswer, ResolventQuestion, ResolventWalks, RunReplicates};
 use crate::cost::PointwisePairs;
+use crate::numbers::largest;
 use crate::{Error, NO_ITERATION, Prepared};
 
 /// Batches of all goals together.
@@ -53,14 +54,15 @@ pub(super) fn run(
         batch: settings.batch(),
         seed: settings.seed,
     };
-    let known = walks.known();
-    let largest = known
-        .iter()
-        .fold(0.0, |largest: f64, x| largest.max(x.abs()));
+    let (known, sizes): (Vec<f64>, Vec<f64>) = walks
+        .known()
+        .into_iter()
+        .map(|[known, size]| (known, size))
+        .unzip();
     let prepared = Prepared {
         job: &job,
         galerkin: &known,
-        largest,
+        largest: largest(&sizes),
         radius_bound: 0.0,
         convergence: NO_ITERATION,
         pointwise: PointwisePairs::default(),

@@ -7,7 +7,7 @@ use fredholm_core::{Tolerance, WalkSeeds};
 use fredholm_rayon::{Observer, fill_rows};
 
 use super::blocks::Blocks;
-use super::cut::{Asked, Cut, ResolventWalks};
+use super::cut::{Asked, Cut, ResolventCut, ResolventWalks};
 use super::images::{ImageMaker, Imaged};
 use super::{ResolventEstimate, bound_of};
 use crate::Error;
@@ -174,7 +174,7 @@ struct Drawn {
 
 impl<E> ResolventWalks for Walks<'_, '_, E>
 where
-    E: Regular<Point: Send + Sync> + Sync,
+    E: Regular<Point: Send + Sync> + Send + Sync,
 {
     fn std_devs(&self) -> (f64, Vec<f64>) {
         (self.shared.std_dev(), self.own.clone())
@@ -213,12 +213,12 @@ where
         }
     }
 
-    fn known(&self) -> Vec<f64> {
+    fn known(&self) -> Vec<[f64; 2]> {
         let looks = self.images.iter().flat_map(|images| &images.looks);
-        let looks = looks.map(|own| own.known);
+        let looks = looks.map(|own| [own.known, own.size]);
         self.asked
             .iter()
-            .map(|own| own.known)
+            .map(|own| [own.known, own.size])
             .chain(looks)
             .collect()
     }
@@ -283,11 +283,13 @@ where
     }
 
     fn estimates(&self) -> Vec<ResolventEstimate> {
+        let figures = self.cut.figures();
         let all = self.asked.iter().zip(&self.sums);
         let rows = all.map(|(asked, sums)| ResolventEstimate {
             // Without walks their share is 0.
             value: asked.known + sums.value / sums.weights.max(f64::MIN_POSITIVE),
             known: asked.known,
+            floor: figures.floor(asked.size),
             std_error: match sums.weights > 0.0 {
                 true => sums.variance.sqrt() / sums.weights,
                 false => f64::INFINITY,
@@ -304,6 +306,7 @@ where
                 ResolventEstimate {
                     value: own.known + sum.value,
                     known: own.known,
+                    floor: figures.floor(own.size),
                     std_error: sum.std_error(),
                     freedom: f64::INFINITY,
                     points: self.points,

@@ -77,13 +77,7 @@ impl Report {
     ) -> Self {
         let own = goals.iter().zip(exact).zip(&answer.estimates);
         let reports = own.map(|((goal, &exact), estimate)| {
-            GoalReport::of_resolvent(
-                model,
-                goal,
-                exact,
-                estimate,
-                answer.figures.floor(estimate.value),
-            )
+            GoalReport::of_resolvent(model, goal, exact, estimate)
         });
         Self {
             cells: answer.cells,
@@ -105,11 +99,12 @@ impl Report {
     pub(super) fn of_replicates(run: &Run<'_>, answer: &Answer, figures: ResolventFigures) -> Self {
         let settings = run.settings;
         let own = answer.outcome.statistics.iter().zip(&answer.galerkin);
-        let estimates = own.map(|(statistics, known)| {
+        let estimates = own.zip(&answer.floors).map(|((statistics, known), floor)| {
             let found = statistics.preconditioned();
             ResolventEstimate {
                 value: found.estimate,
                 known: *known,
+                floor: *floor,
                 std_error: found.std_error.unwrap_or(f64::INFINITY),
                 freedom: f64::from(statistics.replicates().max(1)) - 1.0,
                 points: statistics.walks(),
@@ -192,10 +187,9 @@ impl GoalReport {
         goal: &Goal,
         exact: Option<f64>,
         found: &ResolventEstimate,
-        floor: f64,
     ) -> Self {
         // Walks may know u better than numbers do.
-        let bar = found.std_error.max(floor);
+        let bar = found.std_error.max(found.floor);
         let estimate = Estimate {
             estimate: found.value,
             std_error: Some(bar).filter(|error| error.is_finite()),
@@ -206,7 +200,7 @@ impl GoalReport {
             walks: found.points,
             // An interval of 95 % has Student's t of one degree of freedom less than that.
             replicates: Some((found.freedom + 1.0).min(1e6) as u32),
-            rounding_floor: floor,
+            rounding_floor: found.floor,
             preconditioned: EstimateReport::new(estimate, found.points, model.unit()),
             ..Self::of_value(model, goal, exact, (Some(found.value), Some(bar)))
         }
