@@ -34,11 +34,9 @@ pub use fredholm_model::{channels, cost, heat, memory, numbers, resolvent};
 pub use fredholm_room_model as room;
 pub use fredholm_scene_model as scene;
 
-pub use kinds::{circle, cube, sphere};
+pub use kinds::*;
 
 pub use answer::SolveObserver;
-pub use circle::CircleModel;
-pub use cube::CubeModel;
 pub use custom::{CustomEquation, CustomModel, Uniformly};
 pub use execute::Execute;
 pub use fredholm_core::{Absorption, Estimator, Form, StopReason, Tolerance};
@@ -53,8 +51,4 @@ pub use report::Report;
 pub use room::RoomModel;
 pub use scene::SceneModel;
 pub use solver::{SolveError, Solver, asked_way_back};
-pub use sphere::SphereModel;
 pub use whole::{GlobalCoefficients, GlobalEstimate, GlobalSummary, GlobalValue};
-
-pub use kinds::system;
-pub use kinds::system::SystemModel;

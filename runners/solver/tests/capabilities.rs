@@ -5,9 +5,10 @@ use fredholm::circle::{Emission, Harmonic};
 use fredholm::room::{Material, Surfaces};
 use fredholm::scene::{Enclosure, NamedSurface, shapes};
 use fredholm::sphere::Parameters;
+use fredholm::tube::Parameters as TubeParameters;
 use fredholm::{
     CircleModel, CubeModel, CustomModel, Method, Model, Pairs, Region, RoomModel, Scalar,
-    SceneModel, Sequence, Solver, SphereModel,
+    SceneModel, Sequence, Solver, SphereModel, TubeModel,
 };
 
 use common::Line;
@@ -20,7 +21,7 @@ struct Kind {
     model: Box<dyn Model>,
 }
 
-fn kinds() -> [Kind; 6] {
+fn kinds() -> [Kind; 7] {
     let own = Line(|x: f64, y: f64| 0.5 * x * y, |x: f64| x, 1);
     let wave = Harmonic {
         constant: 5.0,
@@ -55,6 +56,12 @@ fn kinds() -> [Kind; 6] {
         emission: [1.0, 0.2, 0.1, 0.5],
         forward: 0.2,
     };
+    let tube = TubeParameters {
+        length: 2.0,
+        reflectance: 0.8,
+        emission: 0.0,
+        ends: [1.0, 0.0],
+    };
     let kind = |name, model| Kind { name, model };
     [
         kind(
@@ -75,6 +82,7 @@ fn kinds() -> [Kind; 6] {
             Box::new(SceneModel::new(surfaces.collect(), Enclosure::Closed, Scalar::F64).unwrap()),
         ),
         kind("sphere", Box::new(SphereModel::new(sphere))),
+        kind("tube", Box::new(TubeModel::new(tube))),
         kind("own", Box::new(CustomModel::from_kernel(own))),
     ]
 }

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The sources of the crates that others build on.
-const PUBLISHED: [&str; 18] = [
+const PUBLISHED: [&str; 19] = [
     "core/src",
     "core/variance/src",
     "problems/circle/src",
@@ -14,6 +14,7 @@ const PUBLISHED: [&str; 18] = [
     "problems/scene/src",
     "problems/sphere/src",
     "problems/surfaces/src",
+    "problems/tube/src",
     "runners/embedded/src",
     "runners/file/src",
     "runners/model/src",

@@ -33,4 +33,5 @@ mod sphere;
 mod split;
 mod systems;
 mod terminal;
+mod tube;
 mod verify;

@@ -11,6 +11,7 @@ mod space;
 mod sphere;
 mod surface;
 mod system;
+mod tube;
 
 use core::any::Any;
 use core::fmt::Debug;
@@ -28,6 +29,7 @@ pub use scene::Scene;
 pub use space::Space;
 pub use sphere::Sphere;
 pub use system::{System, SystemEquation};
+pub use tube::Tube;
 
 /// All kinds of problems, in the order in which they are listed.
 pub static KINDS: &[KindEntry] = &[
@@ -37,6 +39,7 @@ pub static KINDS: &[KindEntry] = &[
     sphere::ENTRY,
     scene::ENTRY,
     system::ENTRY,
+    tube::ENTRY,
 ];
 
 /// A kind of problem as files and `fredholm init` know it.

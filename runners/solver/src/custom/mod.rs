@@ -15,7 +15,7 @@ use std::sync::OnceLock;
 
 use fredholm_core::galerkin::{Cells, PairIntegral, PairKind, TransitionMoments, buffer};
 use fredholm_core::global::Stationary;
-use fredholm_core::{Density, Equation, Lights, Space};
+use fredholm_core::{Density, Equation, Lights, Located, Space};
 use fredholm_rayon::{fill_rows, gathered};
 
 use crate::domain::Domain;
@@ -467,13 +467,16 @@ impl<E: CustomEquation<Scalar = f64>> CustomModel<E> {
         let nodes = Nodes::new(&equation, points)?;
         let mut matrix: Vec<f64> = buffer(n.saturating_mul(n))?;
         fill_rows(&mut matrix, n, |i, row| {
-            for (x, share) in nodes.shares(i) {
+            for (point, share) in nodes.shares(i) {
+                let x = Located { point, cell: i };
                 for (j, entry) in row.iter_mut().enumerate() {
-                    let squares = nodes.weighted(j).map(|(y, weight)| {
-                        let k = equation.kernel(&x, &y);
-                        weight * k * k * equation.density(&x, &y)
+                    // p may be as narrow as it likes: its mass in a cell is known.
+                    let [[mass]] = equation.moments(&x, j);
+                    let squares = nodes.shares(j).map(|(y, weight)| {
+                        let k = equation.kernel(&point, &y);
+                        weight * k * k
                     });
-                    *entry += share * squares.sum::<f64>();
+                    *entry += share * mass * squares.sum::<f64>();
                 }
             }
             Ok::<(), Error>(())

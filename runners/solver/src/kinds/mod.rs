@@ -77,4 +77,11 @@ pub mod circle;
 pub mod cube;
 pub mod sphere;
 pub mod system;
+pub mod tube;
 mod watch;
+
+pub use circle::CircleModel;
+pub use cube::CubeModel;
+pub use sphere::SphereModel;
+pub use system::SystemModel;
+pub use tube::TubeModel;

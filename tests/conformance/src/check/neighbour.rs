@@ -308,11 +308,15 @@ where
             .map(located)
             .collect();
         for j in (0..equation.cells()).filter(|&j| pairs.kind(i, j) == PairKind::Galerkin) {
-            in_s = true;
             let mass = |x: &Located<PointOf<D, B>>| {
                 smallest_eigenvalue(equation.moments(x, j).map(|row| row.map(Real::to_f64)))
             };
             let mean: f64 = inside.iter().map(|(x, weight)| weight * mass(x)).sum();
+            // Where no step leads there is no pair.
+            if mean == 0.0 && all.iter().all(|x| mass(x) == 0.0) {
+                continue;
+            }
+            in_s = true;
             for x in &all {
                 let ratio = mass(x) / mean;
                 // A negative or vanishing ratio is infinitely bad.
