@@ -185,13 +185,18 @@ const CAPABILITIES: [(&str, Does); 18] = [
 ];
 
 /// Why a cell is empty: capability, kind, reason.
-const REASONS: [(&str, &str, &str); 18] = [
+const REASONS: [(&str, &str, &str); 19] = [
     (
         "single precision",
         "own",
         "its owner gives it, by `with_f32`",
     ),
     ("degrees above 0", "sphere", MOMENTS),
+    (
+        "degrees above 0",
+        "tube",
+        "closed forms of ∫ p ψ ψ lose their digits in small cells; resolvent walks need none",
+    ),
     ("degrees above 0", "own", MOMENTS),
     ("global estimate of points", "scene", SEEN),
     (

@@ -249,7 +249,7 @@ fn an_infinite_variance() {
     let at = "0.2\n";
     let words = [
         "variance of a walk is infinite",
-        "leave `absorption` out, or use one below 2.00e-2",
+        "leave `absorption` out, or use one below 1.99e-2",
     ];
     refused(&mirror, at, &words);
     // Almost all light is absorbed on the way: few walks go far, and they weigh too much.
