@@ -31,6 +31,26 @@ pub struct Estimate {
     pub std_dev: Option<f64>,
 }
 
+impl Estimate {
+    /// The estimate of a number that follows from this one: `scale` says how errors follow.
+    ///
+    /// ```
+    /// use fredholm_core::Estimate;
+    ///
+    /// let radius = Estimate { estimate: 2.0, std_error: Some(0.1), std_dev: None };
+    /// let circumference = radius.derived(6.28 * radius.estimate, |error| 6.28 * error);
+    /// assert!((circumference.std_error.unwrap() - 0.628).abs() < 1e-15);
+    /// ```
+    #[must_use]
+    pub fn derived(self, estimate: f64, scale: impl Fn(f64) -> f64) -> Self {
+        Self {
+            estimate,
+            std_error: self.std_error.map(&scale),
+            std_dev: self.std_dev.map(scale),
+        }
+    }
+}
+
 /// Statistics of the triples (η(k,f), η(h,g) − (v,Φ), ζ) over some walks of one goal.
 ///
 /// Always f64: an f32 sum of 4·10⁷ scores is wrong in its first digit. Welford's update within a

@@ -80,23 +80,15 @@ impl Material {
     /// The net flux out of the surface, by an estimate of the irradiance.
     #[must_use]
     pub fn net_flux_of(&self, irradiance: Estimate) -> Estimate {
-        let scale = |x: Option<f64>| x.map(|x| (1.0 - self.reflectance) * x);
-        Estimate {
-            estimate: self.net_flux(irradiance.estimate),
-            std_error: scale(irradiance.std_error),
-            std_dev: scale(irradiance.std_dev),
-        }
+        let net_flux = self.net_flux(irradiance.estimate);
+        irradiance.derived(net_flux, |error| (1.0 - self.reflectance) * error)
     }
 
     /// The irradiance H = (u − F)/ρ, by an estimate of u.
     #[must_use]
     pub fn irradiance_of(&self, u: Estimate) -> Estimate {
-        let scale = |x: Option<f64>| x.map(|x| x / self.reflectance);
-        Estimate {
-            estimate: (u.estimate - self.emission) / self.reflectance,
-            std_error: scale(u.std_error),
-            std_dev: scale(u.std_dev),
-        }
+        let irradiance = (u.estimate - self.emission) / self.reflectance;
+        u.derived(irradiance, |error| error / self.reflectance)
     }
 
     /// The largest reflectance and the largest emission of some materials: of one surface in several channels.

@@ -48,15 +48,6 @@ pub fn part_below(wavelength: f64, temperature: f64) -> f64 {
 /// The material of what has u = H: where all that leaves arrives.
 pub(crate) const ARRIVES: Material = Material::flux(0.0);
 
-/// An estimate that follows from another one, whose errors are scaled.
-fn of_errors(own: Estimate, estimate: f64, scale: impl Fn(f64) -> f64) -> Estimate {
-    Estimate {
-        estimate,
-        std_error: own.std_error.map(&scale),
-        std_dev: own.std_dev.map(scale),
-    }
-}
-
 /// A wall or a face of a surface.
 ///
 /// ```
@@ -277,7 +268,7 @@ pub trait RadiativeExchange {
     fn temperature(&self, u: Estimate) -> Option<Estimate> {
         let mean = Some(u.estimate).filter(|&mean| self.is_heat() && mean > 0.0)?;
         let temperature = (mean / STEFAN_BOLTZMANN).powf(0.25);
-        Some(of_errors(u, temperature, |x| 0.25 * temperature / mean * x))
+        Some(u.derived(temperature, |x| 0.25 * temperature / mean * x))
     }
 
     /// The net flux out of this length or area of a region, if there are temperatures.
@@ -289,6 +280,6 @@ pub trait RadiativeExchange {
     ) -> Option<Estimate> {
         let h = irradiance.filter(|_| self.is_heat())?;
         let own = self.material(region)?.net_flux_of(h);
-        Some(of_errors(own, size * own.estimate, |x| size * x))
+        Some(own.derived(size * own.estimate, |x| size * x))
     }
 }
