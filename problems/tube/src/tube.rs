@@ -79,13 +79,13 @@ impl<F: Real> Distance<F> {
     }
 }
 
-/// The root q of q³ = s (1 + q²) for s in (0, ½], by Cardano's formula: both cubes are positive.
+/// The root q of q³ = s (1 + q²) for s in (0, ½], by Cardano's formula: what stands under both roots is positive.
 fn root<F: Real>(s: F) -> F {
     let (third, half) = (F::from_f64(1.0 / 3.0), F::from_f64(0.5));
     let shift = s * third;
     let square = shift * shift;
     let a = shift * square + half * s;
-    // a² − (s²/9)³, in which a's cube of s³ cancels.
+    // a² − (s²/9)³, whose terms of s⁶ cancel.
     let b = s * s * (square * third + half * half);
     let y = (a + b.sqrt()).pow(third);
     shift + y + square / y
@@ -207,21 +207,18 @@ impl<F: Real> Density for Tube<F> {
         if self.place(*y) != Place::Wall {
             return F::zero();
         }
-        let [square, of_end] = {
-            let distance = match self.place(*x) {
-                Place::Left => *y,
-                Place::Wall => (*x - *y).abs(),
-                Place::Right => self.length - *y,
-            };
+        let of_end = |distance| {
             let q = Distance::new(distance).q;
-            [q * q, (q + q) * q * q]
+            (q + q) * q * q / (one + q * q)
         };
         match self.place(*x) {
+            Place::Left => of_end(*y),
+            Place::Right => of_end(self.length - *y),
             Place::Wall => {
-                let all = one + square;
+                let q = Distance::new((*x - *y).abs()).q;
+                let (square, all) = (q * q, one + q * q);
                 square * square * (F::from_f64(3.0) + square) / (all * all * all)
             }
-            _ => of_end / (one + square),
         }
     }
 }
