@@ -117,6 +117,27 @@ impl Batch {
         Ok(())
     }
 
+    /// Makes this batch that of the weighted sum of functionals whose walks do not depend on each other: its mean and its squared deviations
+    /// follow from theirs. `parts` have the same walks so far, of draws of their own.
+    ///
+    /// ```
+    /// use fredholm_core::Batch;
+    ///
+    /// let mut parts = [Batch::new(0, 100, 100); 2];
+    /// parts[0].finish_as_replicate(0.5, 120)?;
+    /// parts[1].finish_as_replicate(2.0, 130)?;
+    /// let mut sum = Batch::new(0, 100, 100);
+    /// sum.become_sum(&parts, &[2.0, 1.0]);
+    /// assert!(sum.is_done() && sum.statistics().preconditioned().estimate == 3.0);
+    /// # Ok::<(), fredholm_core::NotFinite>(())
+    /// ```
+    pub fn become_sum(&mut self, parts: &[Self], weights: &[f64]) {
+        let Some(first) = parts.first() else { return };
+        let terms = parts.iter().map(|part| &part.statistics).zip(weights);
+        self.statistics = Statistics::of_sum(terms);
+        self.next = first.next;
+    }
+
     /// The number of the walk that is next, from 0.
     #[must_use]
     pub const fn next_walk(&self) -> u64 {

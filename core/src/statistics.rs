@@ -93,6 +93,12 @@ impl Moments {
         (before, after)
     }
 
+    /// Adds a term of a sum of independent numbers.
+    fn add(&mut self, term: &Self, weight: f64) {
+        self.mean += weight * term.mean;
+        self.squares += weight * weight * term.squares;
+    }
+
     /// Chan's merge of `share` = n_other/n and `weight` = n_self n_other/n; returns the distance
     /// of the means.
     fn merge(&mut self, other: &Self, share: f64, weight: f64) -> f64 {
@@ -178,6 +184,25 @@ impl Statistics {
             cross: 0.0,
             replicates: 1,
         }
+    }
+
+    /// The statistics of a weighted sum of functionals with independent walks, of which each has as many.
+    pub(crate) fn of_sum<'a>(terms: impl Iterator<Item = (&'a Self, &'a f64)>) -> Self {
+        let mut sum = Self::default();
+        for (own, &weight) in terms {
+            sum.walks = own.walks;
+            sum.replicates = own.replicates;
+            sum.states += own.states;
+            sum.step_limit = sum.step_limit.max(own.step_limit);
+            sum.left = sum.left.max(own.left);
+            sum.scored = sum.scored.max(own.scored);
+            sum.plain.add(&own.plain, weight);
+            sum.control.add(&own.control, weight);
+            sum.zeta.add(&own.zeta, weight);
+            sum.cross += weight * weight * own.cross;
+        }
+        sum.left = sum.left.min(sum.walks - sum.step_limit);
+        sum
     }
 
     /// The number of replicates, whose means are the independent samples; 0 if walks are.

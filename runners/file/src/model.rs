@@ -39,6 +39,15 @@ impl Resolution {
             Self::Other(model) => &**model,
         }
     }
+
+    /// The model alone.
+    pub(crate) fn into_model(self) -> Box<dyn Model> {
+        match self {
+            Self::Room(model) => model,
+            Self::Scene(model) => model,
+            Self::Other(model) => model,
+        }
+    }
 }
 
 impl Debug for Resolution {
@@ -55,8 +64,8 @@ impl ProblemFile {
     /// # Errors
     /// What the model does not take, at its place.
     pub fn resolve(&self) -> Result<Resolved, InputError> {
-        let settings = self.settings();
         let (model, targets) = self.problem.resolve(self)?;
+        let settings = self.settings().for_model(model.model());
         let (cut, pairs) = (settings.discretisation(), settings.walk_options().pairs);
         let checked = model.model().check(&cut, pairs);
         checked.map_err(|error| self.explain(&error))?;

@@ -98,6 +98,44 @@ impl<'s, 'i> Section<'s, 'i> {
         }
     }
 
+    /// The tables in the table of a key, in their order, each with the names and values of this section that it does not give itself. `None`:
+    /// there is no such key.
+    pub(crate) fn variants(
+        &mut self,
+        key: &'static str,
+    ) -> Result<Option<Vec<(String, Self)>>, InputError> {
+        let Some(field) = self.optional(key) else {
+            return Ok(None);
+        };
+        let (source, span) = (field.source, field.span.clone());
+        let mut all: Vec<_> = field.section(self.label)?.table.into_iter().collect();
+        // The tree is sorted by key.
+        all.sort_by_key(|(name, _)| name.span().start);
+        let variant = |(name, own): (Spanned<_>, Spanned<DeValue<'i>>)| {
+            let name: std::borrow::Cow<'_, str> = name.into_inner();
+            let own = match own.get_ref() {
+                DeValue::Table(own) => own,
+                _ => {
+                    let message = format_args!(
+                        "`{key}` is a table of tables, `{key}.{name} = {{ ... }}`, with what differs between them"
+                    );
+                    return Err(source.error(own.span(), message));
+                }
+            };
+            let mut table = self.table.clone();
+            overlay(&mut table, own);
+            let section = Self {
+                asked: self.asked.clone(),
+                ..Self::new(source, self.label, span.clone(), table)
+            };
+            Ok((name.into_owned(), section))
+        };
+        all.into_iter()
+            .map(variant)
+            .collect::<Result<_, _>>()
+            .map(Some)
+    }
+
     /// An error if a key is left which nobody asked for.
     pub(crate) fn finish(&self) -> Result<(), InputError> {
         // The tree is sorted by key; the first in the file is meant.
@@ -136,6 +174,22 @@ impl<'s, 'i> Section<'s, 'i> {
     /// An error about the whole section.
     pub(crate) fn error(&self, message: impl Display) -> InputError {
         self.source.error(self.span.clone(), message)
+    }
+}
+
+/// Puts the values of a table in the place of those of another one; in tables of both, one by one.
+fn overlay<'i>(table: &mut DeTable<'i>, own: &DeTable<'i>) {
+    for (key, value) in own {
+        let below = table.get_mut(key.get_ref().as_ref());
+        if let (Some(DeValue::Table(below)), DeValue::Table(own)) =
+            (below.map(Spanned::get_mut), value.get_ref())
+        {
+            overlay(below, own);
+            continue;
+        }
+        // So that the key stands where this one does.
+        table.remove(key.get_ref().as_ref());
+        table.insert(key.clone(), value.clone());
     }
 }
 

@@ -3,6 +3,7 @@
 use fredholm_core::{Estimate, MOST_CHANNELS, Statistics, Value};
 use fredholm_room::Material;
 
+pub use crate::channel_models::ChannelModels;
 pub use crate::colours::{ColouredPart, Colours};
 use crate::heat::{ARRIVES, RadiativeExchange};
 use crate::{BLANK, Derived, Error, Goal, Heat, Model, Region, Request, Spot, Subject};
@@ -222,6 +223,27 @@ pub fn regions(
     };
     let targets = colours.names.targets(request.goals)?;
     Ok(targets.map(|goal| goal.region.clone()).collect())
+}
+
+/// Refuses names of channels that are none, too many, empty, or the same.
+///
+/// # Errors
+/// [`Error::Option`].
+pub fn check_names(names: &[String]) -> Result<(), Error> {
+    if !(1..=MOST_CHANNELS).contains(&names.len()) {
+        let count = names.len();
+        return refuse(format!(
+            "there are 1 to {MOST_CHANNELS} channels, not {count}"
+        ));
+    }
+    for (number, name) in names.iter().enumerate() {
+        if name.trim().is_empty() || names[..number].contains(name) {
+            return refuse(format!(
+                "the names of channels must differ, and be no blanks: {name:?}"
+            ));
+        }
+    }
+    Ok(())
 }
 
 fn is_rgb(channels: &[String]) -> bool {

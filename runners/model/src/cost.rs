@@ -42,6 +42,21 @@ impl Cost {
             ..self
         }
     }
+
+    /// The cost of so many channels with walks of their own, and their sum: of a set-up, and of walks for one of these functionals.
+    #[must_use]
+    pub(crate) fn of_each(self, channels: usize) -> Self {
+        let each = channels as f64;
+        let share = each / (each + 1.0);
+        Self {
+            setup: each * self.setup,
+            source: each * self.source,
+            kept: each * self.kept,
+            walk: self.walk.times(share),
+            plain: self.plain.times(share),
+            light: share * self.light,
+        }
+    }
 }
 
 /// Seconds of the parts of a walk.

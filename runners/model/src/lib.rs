@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod about;
+mod channel_models;
 pub mod channels;
 mod colours;
 pub mod cost;

@@ -65,9 +65,15 @@ pub trait Model: Send + Sync {
         Err(Error::Option {
             subject: crate::Subject::Adjoint,
             message:
-                "walks go back from the sources to the receivers in scenes: leave `adjoint` out"
+                "this equation has no walks from the sources to the receivers: leave `adjoint` out"
                     .to_owned(),
         })
+    }
+
+    /// Whether the walks of a way back start at the sources. For others a global estimate is the way back: its walks, too, go from what is
+    /// left of the source to all receivers.
+    fn has_adjoint(&self) -> bool {
+        false
     }
 
     /// Whether this is the model of the way back of another one.
@@ -189,6 +195,14 @@ pub trait Model: Send + Sync {
     fn exact(&self, region: &Region) -> Result<Option<f64>, Error> {
         let _ = region;
         Ok(None)
+    }
+
+    /// (u, Φ) in the channel of a goal, if it is known.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`].
+    fn exact_of(&self, goal: &Goal) -> Result<Option<f64>, Error> {
+        self.exact(&goal.region)
     }
 
     /// Refuses combinations that it does not take.

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::question::ResolventAnswer;
 use crate::written::{choice, open_choice, tolerance};
-use crate::{Choices as _, Error, Method, Pairs, Scalar, Sequence, Subject};
+use crate::{Choices as _, Error, Method, Model, Pairs, Scalar, Sequence, Subject, WholeValues};
 
 /// Replicates of a sequence: a standard error of 32 is itself uncertain by 13 %, and Student's quantile of 95 % is 2.04.
 const REPLICATES: u64 = 32;
@@ -136,6 +136,29 @@ impl Settings {
     pub const BATCH: u64 = 4096;
     /// The form of the control variate where nothing is said of it.
     pub const FORM: Form = Form::Residual;
+
+    /// These settings for a model: where the way back is a global estimate they ask for that.
+    ///
+    /// ```
+    /// use fredholm::{CubeModel, Settings};
+    ///
+    /// let u = CubeModel::from_fn::<1>(|_, _| 0.5, |_| 1.0);
+    /// let asked = Settings { adjoint: Some(true), ..Settings::default() };
+    /// assert_eq!(asked.for_model(&u).global, Some(true));
+    /// ```
+    #[must_use]
+    pub fn for_model(self, model: &dyn Model) -> Self {
+        let is_open = self.adjoint == Some(true) && self.global.is_none();
+        let is_global = !model.has_adjoint() && model.about().whole != WholeValues::None;
+        match is_open && is_global && !model.is_adjoint() {
+            true => Self {
+                adjoint: None,
+                global: Some(true),
+                ..self
+            },
+            false => self,
+        }
+    }
 
     /// Refuses numbers that cannot be, whatever the equation.
     ///

@@ -288,12 +288,20 @@ impl<'m> Solver<'m> {
     /// # Errors
     /// [`SolveError`].
     pub fn solve(&self) -> Result<Report, SolveError> {
+        let settings = self.settings.clone().for_model(self.model);
+        if settings != self.settings {
+            return Self {
+                settings,
+                ..self.clone()
+            }
+            .solve();
+        }
         let run = || -> Result<Report, SolveError> {
             self.check()?;
             self.systems.check(&self.settings)?;
             let targets = self.targets()?;
             let goals = self.goals(&targets)?;
-            let exact = goals.iter().map(|goal| self.model.exact(&goal.region));
+            let exact = goals.iter().map(|goal| self.model.exact_of(goal));
             let exact = exact.collect::<Result<Vec<_>, Error>>()?;
             if let Some(back) = asked_way_back(self.model, &self.settings, &goals)? {
                 return self.of_model(&*back).solve();

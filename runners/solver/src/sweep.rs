@@ -103,7 +103,8 @@ impl<'a> Sweep<'a> {
         let start = Instant::now();
         let cut = self.cut(cells)?;
         let cutting = start.elapsed().as_secs_f64();
-        let exact = self.model.exact(&goals[0].region)?;
+        let exact = goals.last().map(|goal| self.model.exact_of(goal));
+        let exact = exact.transpose()?.flatten();
         let solved = Solved::new(&*cut)?.lifted(self.lift)?;
         let answer = solved.walk(&maker, &request, watch)?;
         if answer.outcome.stop == StopReason::Cancelled {

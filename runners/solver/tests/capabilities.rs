@@ -1,7 +1,8 @@
 //! What every kind of equation can do: the matrix of capabilities and kinds, tried out and printed. An empty cell has a reason of
 //! mathematics, or it is counted.
 
-use fredholm::circle::{Emission, Harmonic};
+use fredholm::channels::{ChannelModels, ChannelNames, Colours};
+use fredholm::circle::Emission;
 use fredholm::room::{Material, Surfaces};
 use fredholm::scene::{Enclosure, NamedSurface, shapes};
 use fredholm::sphere::Parameters;
@@ -15,19 +16,25 @@ use common::Line;
 
 mod common;
 
-/// A kind, by its name.
+/// A kind, by its name, and an equation of it in two channels.
 struct Kind {
     name: &'static str,
     model: Box<dyn Model>,
+    channels: Box<dyn Model>,
+}
+
+/// A kind whose channels are equations of their own.
+fn kind<M: Model + 'static>(name: &'static str, model: impl Fn() -> M) -> Kind {
+    let channels = ChannelModels::new(["a", "b"], [model(), model()]).unwrap();
+    Kind {
+        name,
+        model: Box::new(model()),
+        channels: Box::new(channels),
+    }
 }
 
 fn kinds() -> [Kind; 7] {
     let own = Line(|x: f64, y: f64| 0.5 * x * y, |x: f64| x, 1);
-    let wave = Harmonic {
-        constant: 5.0,
-        amplitude: 1.0,
-        frequency: 5,
-    };
     let wall = |reflectance, emission| Material {
         reflectance,
         emission,
@@ -37,19 +44,43 @@ fn kinds() -> [Kind; 7] {
         .with("right", &[[2.0, 0.0], [2.0, 1.0]], wall(0.2, 1.0))
         .with("ceiling", &[[2.0, 1.0], [0.0, 1.0]], wall(0.7, 0.0))
         .with("left", &[[0.0, 1.0], [0.0, 0.0]], wall(0.3, 0.0));
+    let two = || ChannelNames::new(["a", "b"].map(str::to_owned).to_vec());
+    let walls = [[0.5, 0.0], [0.2, 1.0], [0.7, 0.0], [0.3, 0.0]];
+    let colours = Colours {
+        names: two(),
+        materials: walls
+            .map(|[own, light]| vec![vec![wall(own, light); 2]])
+            .to_vec(),
+    };
+    let room = || RoomModel::new(room.clone(), Scalar::F64).unwrap();
+    let rooms = Kind {
+        name: "room",
+        model: Box::new(room()),
+        channels: Box::new(room().with_colours(colours).unwrap()),
+    };
     let names = ["floor", "ceiling", "front", "back", "left", "right"];
     let polygons = shapes::room([0.0; 3], [2.0, 1.0, 1.0]).surfaces;
-    let surfaces = polygons
-        .into_iter()
-        .zip(names)
+    let light = |name| if name == "ceiling" { 1.0 } else { 0.0 };
+    let surfaces = polygons.into_iter().zip(names);
+    let surfaces: Vec<NamedSurface> = surfaces
         .map(|(polygons, name)| NamedSurface {
             name: name.to_owned(),
             polygons,
-            material: Material {
-                reflectance: 0.5,
-                emission: if name == "ceiling" { 1.0 } else { 0.0 },
-            },
-        });
+            material: wall(0.5, light(name)),
+        })
+        .collect();
+    let colours = Colours {
+        names: two(),
+        materials: names
+            .map(|name| vec![vec![wall(0.5, light(name)); 2]])
+            .to_vec(),
+    };
+    let scene = || SceneModel::new(surfaces.clone(), Enclosure::Closed, Scalar::F64).unwrap();
+    let scenes = Kind {
+        name: "scene",
+        model: Box::new(scene()),
+        channels: Box::new(scene().with_colours(colours).unwrap()),
+    };
     let sphere = Parameters {
         albedo: 0.6,
         asymmetry: 0.3,
@@ -62,28 +93,18 @@ fn kinds() -> [Kind; 7] {
         emission: 0.0,
         ends: [1.0, 0.0],
     };
-    let kind = |name, model| Kind { name, model };
     [
-        kind(
-            "circle",
-            Box::new(CircleModel::new(vec![0.3, 0.7], Emission::Harmonic(wave))),
-        ),
-        kind(
-            "cube",
-            Box::new(CubeModel::on_interval(
-                [0.0, 1.0],
-                |x, y| 0.5 * x * y,
-                |x| x,
-            )),
-        ),
-        kind("room", Box::new(RoomModel::new(room, Scalar::F64).unwrap())),
-        kind(
-            "scene",
-            Box::new(SceneModel::new(surfaces.collect(), Enclosure::Closed, Scalar::F64).unwrap()),
-        ),
-        kind("sphere", Box::new(SphereModel::new(sphere))),
-        kind("tube", Box::new(TubeModel::new(tube))),
-        kind("own", Box::new(CustomModel::from_kernel(own))),
+        kind("circle", || {
+            CircleModel::new(vec![0.3, 0.7], Emission::Arcs(vec![1.0, 0.0]))
+        }),
+        kind("cube", || {
+            CubeModel::on_interval([0.0, 1.0], |x, y| 0.5 * x * y, |x| x)
+        }),
+        rooms,
+        scenes,
+        kind("sphere", move || SphereModel::new(sphere)),
+        kind("tube", move || TubeModel::new(tube)),
+        kind("own", move || CustomModel::from_kernel(own)),
     ]
 }
 
@@ -109,7 +130,7 @@ fn point(model: &dyn Model) -> Region {
     all.get(all.len() / 2).cloned().unwrap_or(floor)
 }
 
-const CAPABILITIES: [(&str, Does); 18] = [
+const CAPABILITIES: [(&str, Does); 21] = [
     ("means", |model| few(model).solve().is_ok()),
     ("points", |model| {
         few(model).goal("u", point(model)).solve().is_ok()
@@ -160,6 +181,14 @@ const CAPABILITIES: [(&str, Does); 18] = [
     ("Sobol' points", |model| {
         few(model).sequence(Sequence::Sobol).solve().is_ok()
     }),
+    (CHANNELS, |model| {
+        let report = few(model).solve();
+        report.is_ok_and(|report| report.goals.len() == model.channels().len())
+    }),
+    ("adjoint", |model| few(model).adjoint(true).solve().is_ok()),
+    ("last step", |model| {
+        few(model).last_step(true).solve().is_ok()
+    }),
     ("lift", |model| few(model).lift(2).solve().is_ok()),
     ("saved systems", |model| {
         let cut = fredholm::Settings::default().discretisation();
@@ -184,8 +213,11 @@ const CAPABILITIES: [(&str, Does); 18] = [
     }),
 ];
 
+/// The capability that equations in several channels are asked for.
+const CHANNELS: &str = "channels";
+
 /// Why a cell is empty: capability, kind, reason.
-const REASONS: [(&str, &str, &str); 19] = [
+const REASONS: [(&str, &str, &str); 20] = [
     (
         "single precision",
         "own",
@@ -197,7 +229,6 @@ const REASONS: [(&str, &str, &str); 19] = [
         "tube",
         "closed forms of ∫ p ψ ψ lose their digits in small cells; resolvent walks need none",
     ),
-    ("degrees above 0", "own", MOMENTS),
     ("global estimate of points", "scene", SEEN),
     (
         "the paper's method",
@@ -209,7 +240,22 @@ const REASONS: [(&str, &str, &str); 19] = [
     ("all pairs pointwise", "own", INTEGRALS),
     ("Sobol' points", "room", SEEN),
     ("Sobol' points", "scene", SEEN),
-    ("lift", "cube", "resolvent walks have any degree"),
+    (
+        "last step",
+        "cube",
+        "F is a function all over the space; resolvent walks take its points where it is large",
+    ),
+    ("last step", "sphere", "all of the sphere emits, smoothly"),
+    (
+        "last step",
+        "tube",
+        "its lights are its ends, whose part of every state is in F in closed form",
+    ),
+    (
+        "last step",
+        "own",
+        "its owner says where its light is, by `with_lights`",
+    ),
     ("lift", "room", SEEN),
     (
         "lift",
@@ -221,11 +267,6 @@ const REASONS: [(&str, &str, &str); 19] = [
         "device tables",
         "circle",
         "a device computes its closed forms by itself",
-    ),
-    (
-        "device tables",
-        "sphere",
-        "h² of few constants has a radius above 1",
     ),
     (
         "resolvent walks",
@@ -249,7 +290,11 @@ fn every_kind_has_every_capability() {
     println!("{:28}{}", "", head.map_row());
     let mut empty = Vec::new();
     for (capability, does) in CAPABILITIES {
-        let row: Vec<bool> = kinds.iter().map(|kind| does(&*kind.model)).collect();
+        let of = |kind: &Kind| match capability {
+            CHANNELS => does(&*kind.channels),
+            _ => does(&*kind.model),
+        };
+        let row: Vec<bool> = kinds.iter().map(of).collect();
         let marks: Vec<&str> = row.iter().map(|has| if *has { "x" } else { "-" }).collect();
         println!("{capability:28}{}", marks.map_row());
         let missing = kinds.iter().zip(&row).filter(|(_, has)| !**has);
@@ -270,6 +315,8 @@ fn every_kind_has_every_capability() {
         .filter(|cell| !REASONS.iter().any(|reason| (reason.0, reason.1) == **cell))
         .collect();
     assert!(unexplained.is_empty(), "{unexplained:?}");
+    // No reason is of a cell that is not empty.
+    assert_eq!(empty.len(), REASONS.len());
 }
 
 /// Words of a row, in columns.

@@ -18,6 +18,7 @@ pub(super) const ENTRY: KindEntry = KindEntry {
     word: "circle",
     about: "Flatland radiosity on the unit circle",
     template: include_str!("../../templates/circle.toml"),
+    has_channels: false,
     read: |section| shared(read(section)),
 };
 

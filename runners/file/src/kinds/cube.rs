@@ -18,6 +18,7 @@ pub(super) const ENTRY: KindEntry = KindEntry {
     word: "cube",
     about: "Any kernel on [0, 1]^d or another product of intervals, as a formula",
     template: include_str!("../../templates/cube.toml"),
+    has_channels: false,
     read: |section| shared(read(section)),
 };
 

@@ -1,5 +1,6 @@
 //! The kinds of problems: one table. A further kind is a file here, and a line in [`KINDS`].
 
+mod channels;
 mod circle;
 mod cube;
 mod functions;
@@ -51,9 +52,14 @@ pub struct KindEntry {
     pub about: &'static str,
     /// A commented problem file.
     pub template: &'static str,
+    /// Whether its `channels` are names, and lists of numbers for them: those of others are tables.
+    has_channels: bool,
     /// Reads the rest of `[problem]`.
-    read: fn(Section<'_, '_>) -> Result<Arc<dyn Kind>, InputError>,
+    read: ReadKind,
 }
+
+/// What reads the keys of a kind.
+type ReadKind = fn(Section<'_, '_>) -> Result<Arc<dyn Kind>, InputError>;
 
 /// `[problem]` as a file has it, of one kind.
 pub trait Kind: Any + Debug + Send + Sync {
@@ -133,12 +139,13 @@ fn compact(fields: impl Debug) -> String {
 pub(crate) fn read(mut section: Section<'_, '_>) -> Result<Arc<dyn Kind>, InputError> {
     let kind = section.required("kind")?;
     let word = kind.text()?;
-    match KINDS.iter().find(|entry| entry.word == word) {
-        Some(entry) => (entry.read)(section),
-        None => {
-            let known: Vec<String> = KINDS.iter().map(|entry| entry.word.to_owned()).collect();
-            Err(kind.error(unknown_word("kind", word, &known)))
-        }
+    let Some(entry) = KINDS.iter().find(|entry| entry.word == word) else {
+        let known: Vec<String> = KINDS.iter().map(|entry| entry.word.to_owned()).collect();
+        return Err(kind.error(unknown_word("kind", word, &known)));
+    };
+    match entry.has_channels {
+        true => (entry.read)(section),
+        false => channels::read(section, entry.read),
     }
 }
 

@@ -24,6 +24,7 @@ pub(super) const ENTRY: KindEntry = KindEntry {
     word: "room",
     about: "Light or heat in a room with straight walls",
     template: include_str!("../../templates/room.toml"),
+    has_channels: true,
     read: |section| shared(read(section)),
 };
 

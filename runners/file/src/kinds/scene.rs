@@ -17,6 +17,7 @@ pub(super) const ENTRY: KindEntry = KindEntry {
     word: "scene",
     about: "Light or heat between polygons in space; form factors",
     template: TEMPLATE,
+    has_channels: true,
     read: |section| shared(read(section)),
 };
 

@@ -16,6 +16,7 @@ pub(super) const ENTRY: KindEntry = KindEntry {
     word: "sphere",
     about: "Scattering on the unit sphere",
     template: include_str!("../../templates/sphere.toml"),
+    has_channels: false,
     read: |section| shared(read(section)),
 };
 

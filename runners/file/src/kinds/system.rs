@@ -15,6 +15,7 @@ pub(super) const ENTRY: KindEntry = KindEntry {
     word: "system",
     about: "Several equations for as many unknown functions, as formulas",
     template: include_str!("../../templates/system.toml"),
+    has_channels: false,
     read: |section| shared(read(section)),
 };
 

@@ -14,6 +14,7 @@ pub(super) const ENTRY: KindEntry = KindEntry {
     word: "tube",
     about: "Light, heat or molecules in a circular tube",
     template: include_str!("../../templates/tube.toml"),
+    has_channels: false,
     read: |section| shared(read(section)),
 };
 

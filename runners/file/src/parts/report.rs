@@ -44,7 +44,7 @@ pub fn merged(merged: &Merged) -> Result<(Report, ProblemFile), InputError> {
     let goals = fredholm::goals(model, &resolved.targets).map_err(explain)?;
     let back = fredholm::asked_way_back(model, &resolved.settings, &goals).map_err(explain)?;
     let model = back.as_deref().unwrap_or(model);
-    let exact = goals.iter().map(|goal| model.exact(&goal.region));
+    let exact = goals.iter().map(|goal| model.exact_of(goal));
     let exact: Vec<_> = exact.collect::<Result<_, _>>().map_err(explain)?;
     let run = Run {
         model,

@@ -362,6 +362,10 @@ impl Model for SceneModel {
         receivers.unwrap_or_else(|| self.channels().len().max(1))
     }
 
+    fn has_adjoint(&self) -> bool {
+        true
+    }
+
     fn is_adjoint(&self) -> bool {
         self.adjoint.is_some()
     }

@@ -197,6 +197,13 @@ where
         let build = move |cells: usize| -> Result<_, Error> {
             Ok(Uniformly::new(Grid::new(equation.clone(), &[], cells)))
         };
-        Self::with_own_starts(build).with_levels(grid_levels(E::DIMENSION))
+        let model = Self::with_own_starts(build).with_levels(grid_levels(E::DIMENSION));
+        // Degrees 1 and 2.
+        match E::DIMENSION {
+            1 => model.with_functions::<2>().with_functions::<3>(),
+            2 => model.with_functions::<3>().with_functions::<6>(),
+            3 => model.with_functions::<4>().with_functions::<10>(),
+            _ => model,
+        }
     }
 }

@@ -306,7 +306,7 @@ impl GlobalEstimate<'_> {
         let model = self.model();
         let all = goals.iter().zip(values);
         let targets = all.map(|(goal, value)| {
-            let exact = model.exact(&goal.region)?;
+            let exact = model.exact_of(goal)?;
             Ok(GoalReport::of_whole(self, goal, exact, &value))
         });
         let mut targets = targets.collect::<Result<Vec<_>, Error>>()?;

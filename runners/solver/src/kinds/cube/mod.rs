@@ -298,7 +298,6 @@ impl Model for CubeModel {
     fn about(&self) -> About {
         About {
             dimension: Some(self.functions.dimension()),
-            most_lift: 0,
             less_memory: ": use fewer cells, or `kernel_factors` if the kernel is a product",
             ..self.model().about()
         }
