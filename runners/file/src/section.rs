@@ -107,7 +107,7 @@ impl<'s, 'i> Section<'s, 'i> {
         let Some(field) = self.optional(key) else {
             return Ok(None);
         };
-        let (source, span) = (field.source, field.span.clone());
+        let (source, span) = (field.source, self.span.clone());
         let mut all: Vec<_> = field.section(self.label)?.table.into_iter().collect();
         // The tree is sorted by key.
         all.sort_by_key(|(name, _)| name.span().start);

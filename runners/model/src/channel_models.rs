@@ -52,6 +52,9 @@ impl fmt::Debug for ChannelModels {
 /// for.
 const SEEDS: u64 = 0x9E37_79B9_7F4A_7C15;
 
+/// Points by which spaces are compared, about.
+const LOOKS: f64 = 16.0;
+
 /// The seed of a channel.
 const fn seed_of(seed: u64, channel: usize) -> u64 {
     seed ^ SEEDS.wrapping_mul(channel as u64)
@@ -68,8 +71,8 @@ impl ChannelModels {
     /// The equations of channels with these names, in their order.
     ///
     /// # Errors
-    /// [`Error::Option`]: there are no channels, too many, or two of one name; a name or a model is missing; models are of different kinds, or
-    /// have channels themselves: surfaces of rooms and scenes have a reflectance and an emission for each channel.
+    /// [`Error::Option`]: there are no channels, too many, or two of one name; a name or a model is missing; models are of different kinds or
+    /// spaces, or have channels themselves: surfaces of rooms and scenes have a reflectance and an emission for each channel.
     pub fn new<N, M>(
         names: impl IntoIterator<Item = N>,
         models: impl IntoIterator<Item = M>,
@@ -92,13 +95,16 @@ impl ChannelModels {
         if names.len() != models.len() {
             return refuse("every channel has a name and an equation");
         }
-        let kinds = |model: &dyn Model| {
-            let about = model.about();
-            (about.kind, about.dimension)
+        let [first, others @ ..] = &*models else {
+            return Err(Error::Internal("no channels"));
         };
-        let first = models.first().map(|model| kinds(&**model));
-        if models.iter().any(|model| Some(kinds(&**model)) != first) {
-            return refuse("the equations of all channels are of one kind and dimension");
+        let kind = |model: &dyn Model| {
+            let about = model.about();
+            (about.kind, about.dimension, model.spread(LOOKS))
+        };
+        let shared = kind(&**first);
+        if others.iter().any(|other| kind(&**other) != shared) {
+            return refuse("the equations of all channels are of one kind, and have one space");
         }
         if (models.iter()).any(|own| own.exchange().is_some() || !own.channels().is_empty()) {
             return refuse(

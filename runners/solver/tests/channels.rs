@@ -226,6 +226,9 @@ fn wrong_channels_are_refused() {
     let names = ["a", "b"].map(str::to_owned).to_vec();
     let mixed = ChannelModels::from_boxed(names, mixed).unwrap_err();
     assert!(message(mixed).contains("of one kind"));
+    let longer = |high: f64| CubeModel::on_interval([0.0, high], |_, _| 0.1, |_| 1.0);
+    let spaces = ChannelModels::new(["a", "b"], [longer(1.0), longer(2.0)]).unwrap_err();
+    assert!(message(spaces).contains("one space"));
     // A channel of which no walk has a finite variance.
     let large = ChannelModels::new(["a", "b"], [cube(0.5), cube(6.0)]).unwrap();
     assert!(by_walks(&large).solve().is_err());

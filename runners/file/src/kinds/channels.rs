@@ -63,17 +63,13 @@ impl Kind for Channels {
         let mut asked = Vec::new();
         for kind in &self.kinds {
             let (resolution, targets) = kind.resolve(file)?;
-            asked.push(targets);
             models.push(resolution.into_model());
+            // Their places are those of one space.
+            asked = targets;
         }
         let channels = ChannelModels::from_boxed(self.names.clone(), models)
             .map_err(|error| file.error(&self.place, error))?;
-        let first = asked.swap_remove(0);
-        if asked.iter().any(|targets| *targets != first) {
-            let message = "targets have the same places in all channels: these differ in more than kernel and source";
-            return Err(file.error(&self.place, message));
-        }
-        Ok((Resolution::Other(Box::new(channels)), first))
+        Ok((Resolution::Other(Box::new(channels)), asked))
     }
 
     fn place(&self, subject: Subject) -> Option<Place> {

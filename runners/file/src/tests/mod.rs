@@ -1,5 +1,6 @@
 //! Good files, and every bad one.
 
+mod channels;
 mod cubes;
 mod shape;
 mod solved;

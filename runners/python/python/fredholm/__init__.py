@@ -24,12 +24,13 @@ from .errors import (
     TooLargeError,
     TooLongError,
 )
-from .problems import Circle, Cube, Problem, Room, Sphere, System, factors, load
+from .problems import Channels, Circle, Cube, Problem, Room, Sphere, System, Tube, factors, load
 from .result import Diagnosis, Factors, Field, Prediction, Result, Sweep, Value
 
 __version__ = "0.1.0"
 
 __all__ = [
+    "Channels",
     "Circle",
     "ConvergenceError",
     "Cube",
@@ -52,6 +53,7 @@ __all__ = [
     "System",
     "TooLargeError",
     "TooLongError",
+    "Tube",
     "Value",
     "factors",
     "load",

@@ -252,7 +252,8 @@ def _of_components(tables: list[dict[str, Any]], components: range) -> list[dict
 class Problem:
     """An equation u(x) = ∫ K(x, y) u(y) dy + F(x).
 
-    Made by :class:`Cube`, :class:`System`, :class:`Circle`, :class:`Room`, :class:`Sphere` and :func:`load`.
+    Made by :class:`Cube`, :class:`System`, :class:`Circle`, :class:`Room`, :class:`Sphere`, :class:`Tube`, :class:`Channels` and
+    :func:`load`.
     """
 
     def __init__(
@@ -885,6 +886,69 @@ class Sphere(Problem):
     ) -> None:
         problem = {"kind": "sphere", "albedo": albedo, "asymmetry": asymmetry, "emission": emission, **more}
         super().__init__("<Sphere>", _fredholm.Task.text_of(_json({"problem": problem})), 2)
+
+
+class Tube(Problem):
+    """Light, heat or molecules in a circular tube with black ends, whose radius is the unit of length.
+
+    Parameters
+    ----------
+    length : float
+        L/R.
+    reflectance : float
+        ρ of the wall, from 0 to 1.
+    ends : list of float
+        What the end at 0 and that at ``length`` send in.
+    emission : float
+        What the wall emits.
+
+    Examples
+    --------
+    >>> import fredholm
+    >>> # Of what comes into a white tube as long as its radius 0.671983901919 passes (Clausing 1932).
+    >>> u = fredholm.Tube(length=1, reflectance=1, ends=[0, 1])
+    >>> bool(abs(u.solve(over="left", target_error=1e-6)["left"].value - 0.671984) < 1e-5)
+    True
+    """
+
+    def __init__(self, length: float, reflectance: float, ends: Sequence[float], *, emission: float = 0.0) -> None:
+        problem = {"kind": "tube", "length": length, "reflectance": reflectance, "ends": ends, "emission": emission}
+        super().__init__("<Tube>", _fredholm.Task.text_of(_json({"problem": problem})), 1)
+
+
+class Channels(Problem):
+    """An equation in several channels, each of which is an equation of its own on the same space.
+
+    Results have a value in every channel, "mean red", and one for their sum, "mean sum"; of red, green and blue their luminance.
+
+    Parameters
+    ----------
+    problems : dict of Problem
+        The equations by the names of their channels: circles, cubes and systems of formulas, spheres or tubes, all of one kind.
+
+    Examples
+    --------
+    >>> import fredholm
+    >>> cloud = {"near": fredholm.Sphere(0.9, [1, 0, 0, 0]), "far": fredholm.Sphere(0.5, [1, 0, 0, 0])}
+    >>> result = fredholm.Channels(cloud).solve(mean=True, target_error=1e-3)
+    >>> result.names, [round(float(x)) for x in result.values]
+    (['mean near', 'mean far', 'mean sum'], [10, 2, 12])
+    """
+
+    def __init__(self, problems: Mapping[str, Problem]) -> None:
+        if not isinstance(problems, Mapping) or not problems or not all(isinstance(p, Problem) for p in problems.values()):
+            raise InputError(f"problems = {problems!r}: it must be a dict of problems by the names of their channels")
+        every = list(problems.values())
+        if any(type(p) is not type(every[0]) or type(p) in (Problem, Room, Channels) or p._functions for p in every):
+            raise InputError("channels are circles, cubes and systems of formulas, spheres or tubes, all of one kind")
+        kind = re.compile(r"^kind = .*\n", re.MULTILINE)
+        head = kind.search(every[0].text)
+        parts = [f"[problem]\n{head[0] if head else ''}"]
+        for name, problem in problems.items():
+            table = rf"\1problem.channels.{_json(str(name))}"
+            parts.append(re.sub(r"^(\[+)problem", lambda found: found.expand(table), kind.sub("", problem.text, 1), flags=re.MULTILINE))
+        super().__init__("<Channels>", "\n".join(parts), every[0]._dimension, components=every[0]._components)
+        self.check()
 
 
 def load(path: Union[str, os.PathLike[str]]) -> Problem:
