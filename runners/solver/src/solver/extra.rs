@@ -112,7 +112,7 @@ impl Solver<'_> {
             return Err(Error::Option {
                 subject: Subject::Lift,
                 message: match most {
-                    0 => "a lift is for circles and equations of one's own: leave `lift` out"
+                    0 => "a lift is for kernels that are smooth on cells, not for rooms and scenes: leave `lift` out"
                         .to_owned(),
                     most => format!("a lift to degree {lift}: {most} is the highest here"),
                 },
