@@ -90,6 +90,11 @@ impl Batch {
         self.statistics.become_replicate();
     }
 
+    /// Says that what its walks scored is certain.
+    pub(crate) const fn become_certain(&mut self) {
+        self.statistics.become_certain();
+    }
+
     /// Finishes a batch that is one sample: its walks give this value together, by so many states. A batch that is done stays as it is.
     ///
     /// # Errors

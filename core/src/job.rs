@@ -167,6 +167,8 @@ pub struct Goals<'a, E: Equation, N: ?Sized, T, G = DefaultGenerator> {
     pub goals: &'a [Goal<T, WideOf<E>>],
     /// The weights of the sum, one for every channel; none for no sum.
     pub weights: &'a [f64],
+    /// Whether each functional is certain: see [`Goals::with_certain`].
+    pub certain: &'a [bool],
     /// Seed, absorption and step limit.
     pub options: WalkOptions,
     generator: PhantomData<fn() -> G>,
@@ -194,6 +196,7 @@ impl<'a, E: Equation, N: ?Sized, T> Goals<'a, E, N, T> {
             neighbour,
             goals,
             weights: &[],
+            certain: &[],
             options,
             generator: PhantomData,
         }
@@ -214,6 +217,13 @@ impl<'a, E: Equation, N: ?Sized, T, G> Goals<'a, E, N, T, G> {
         Self { weights, ..self }
     }
 
+    /// This job with the knowledge which of its functionals are certain, by the numbers of their statistics: every start scores F, which is
+    /// known there, and no step leads on, as on a black wall. Walks that score 0 are then no sign of what is rare.
+    #[must_use]
+    pub const fn with_certain(self, certain: &'a [bool]) -> Self {
+        Self { certain, ..self }
+    }
+
     /// This job with draws of another generator, which is part of what bits depend on.
     #[must_use]
     pub const fn with_generator<H>(self) -> Goals<'a, E, N, T, H> {
@@ -222,6 +232,7 @@ impl<'a, E: Equation, N: ?Sized, T, G> Goals<'a, E, N, T, G> {
             neighbour: self.neighbour,
             goals: self.goals,
             weights: self.weights,
+            certain: self.certain,
             options: self.options,
             generator: PhantomData,
         }
@@ -429,9 +440,14 @@ where
 
     fn run(&self, first: usize, batches: &mut [Batch], at_most: u64) -> Result<(), NotFinite> {
         let goal = first / self.statistics();
-        match self.goals.get(goal) {
-            Some(own) => self.run_goal(own, goal as u64, batches, at_most),
-            None => Ok(()),
+        let Some(own) = self.goals.get(goal) else {
+            return Ok(());
+        };
+        self.run_goal(own, goal as u64, batches, at_most)?;
+        let certain = self.certain.get(first..).unwrap_or_default();
+        for (batch, _) in batches.iter_mut().zip(certain).filter(|own| *own.1) {
+            batch.become_certain();
         }
+        Ok(())
     }
 }

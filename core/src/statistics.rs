@@ -169,6 +169,11 @@ impl Statistics {
         self.cross = 0.0;
     }
 
+    /// Counts all walks as those that scored: nothing else is there to be scored.
+    pub(crate) const fn become_certain(&mut self) {
+        self.scored = self.walks;
+    }
+
     /// One sample by so many walks.
     pub(crate) fn of_replicate(walks: u64, states: u64, value: f64) -> Self {
         let mean = |mean| Moments { mean, squares: 0.0 };

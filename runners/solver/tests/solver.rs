@@ -8,6 +8,7 @@ use fredholm::choice::ChoiceReport;
 use fredholm::circle::{Emission, Harmonic};
 use fredholm::room::Material;
 use fredholm::room::{RoomModel, Surfaces};
+use fredholm::scene::{Enclosure, NamedSurface, SceneModel, shapes};
 use fredholm::sphere::Parameters;
 use fredholm::{
     CircleModel, CubeModel, CustomModel, Error, Estimator, Method, Model, Observer, Pairs, Region,
@@ -544,4 +545,47 @@ fn what_was_given_up_is_told() {
     report.predicted_separate_seconds = Some(5.0);
     let told = "separate walks would take about 5.00 s\n";
     assert!(text(&report).contains(told), "{}", text(&report));
+}
+
+/// u of a black wall is what it emits, and 0 is as certain as anything else: it keeps no other target from its error.
+#[test]
+fn black_walls_are_certain() {
+    let material = |reflectance, emission| Material {
+        reflectance,
+        emission,
+    };
+    let room = Surfaces::default()
+        .with("floor", &[[0.0, 0.0], [2.0, 0.0]], material(0.5, 0.0))
+        .with("right", &[[2.0, 0.0], [2.0, 1.0]], material(0.2, 1.0))
+        .with("ceiling", &[[2.0, 1.0], [0.0, 1.0]], material(0.7, 0.0))
+        .with("black", &[[0.0, 1.0], [0.0, 0.0]], material(0.0, 0.0));
+    let room = RoomModel::new(room, Scalar::F64).unwrap();
+    let names = ["floor", "ceiling", "front", "back", "left", "black"];
+    let surfaces = shapes::room([0.0; 3], [2.0, 1.0, 1.0]).surfaces;
+    let surfaces = surfaces.into_iter().zip(names);
+    let surfaces = surfaces.map(|(polygons, name)| NamedSurface {
+        name: name.to_owned(),
+        polygons,
+        material: match name {
+            "black" => material(0.0, 0.0),
+            "ceiling" => material(0.5, 1.0),
+            _ => material(0.5, 0.0),
+        },
+    });
+    let scene = SceneModel::new(surfaces.collect(), Enclosure::Closed, Scalar::F64).unwrap();
+    let models: [(&dyn Model, f64); 2] = [(&room, 1e-4), (&scene, 2e-3)];
+    for (model, error) in models {
+        for adjoint in [None, Some(false), Some(true)] {
+            let settings = Settings {
+                adjoint,
+                global: adjoint.is_some_and(|back| !back).then_some(false),
+                ..Settings::default()
+            };
+            let solver = Solver::with(model, settings, Vec::new());
+            let report = solver.over("floor").over("black").solve_to(error).unwrap();
+            let black = [report[1].value(), report[1].std_error()];
+            assert!(black.iter().all(|x| x.abs() < 1e-12), "{black:?}");
+            assert!(report[0].std_error() <= error && report[0].value() > 0.1);
+        }
+    }
 }

@@ -56,7 +56,8 @@ impl RoomModel {
         galerkin.truncate(request.goals.len());
         let walked = LastStep(equation);
         let job = Goals::new(&walked, &*follow.neighbour, &goals, request.walk.for_core());
-        then(&job.with_sum(weights), &galerkin)
+        let certain = self.certain(request.goals);
+        then(&job.with_sum(weights).with_certain(&certain), &galerkin)
     }
 
     /// Where the walks of a goal start.

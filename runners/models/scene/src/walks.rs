@@ -100,7 +100,8 @@ impl Cut<'_> {
         // Of plain walks nothing is known, and irradiances of receivers are no goals.
         galerkin.resize(request.goals.len(), 0.0);
         let job = Goals::new(equation, &*neighbour, &goals, request.walk.for_core());
-        let job = job.with_sum(model.weights());
+        let certain = model.certain(request.goals);
+        let job = job.with_sum(model.weights()).with_certain(&certain);
         let (Some(system), Some(tables)) = (solved, &tables) else {
             return then(&Prepared::plain(&job, &galerkin));
         };
