@@ -459,6 +459,8 @@ impl GoalReport {
         let preconditioned = EstimateReport::new(statistics.preconditioned(), walks, unit);
         let bar = preconditioned.std_error.map(|own| own.max(rounding_floor));
         let deviation = preconditioned.std_error.and(preconditioned.std_dev);
+        // Plain walks that agree, too, are certain.
+        let deviation = deviation.filter(|_| statistics.plain().std_dev != Some(0.0));
         Self {
             channel: goal
                 .channel

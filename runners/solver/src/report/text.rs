@@ -114,7 +114,7 @@ impl Report {
         remark(
             count(&|t| {
                 let error = t.preconditioned.std_error;
-                matters(t) && error.is_some_and(|error| error < t.rounding_floor)
+                matters(t) && error.is_some_and(|error| 0.0 < error && error < t.rounding_floor)
             }),
             "the standard error is below the rounding floor, which more walks do not lower; \
              use scalar = \"f64\" or believe the floor",
