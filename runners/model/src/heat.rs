@@ -130,15 +130,6 @@ pub trait RadiativeExchange {
         !only_u && !self.is_in_air(region) && self.through_radiosity(region).is_none()
     }
 
-    /// Which goals are certain, as nothing that arrives there is reflected: u = F.
-    fn certain(&self, goals: &[Goal]) -> Vec<bool> {
-        let is_black = |goal: &Goal| {
-            let material = self.material(&goal.region);
-            material.is_some_and(|material| material.reflectance == 0.0)
-        };
-        goals.iter().map(is_black).collect()
-    }
-
     /// The number of functionals that a job has besides its goals.
     fn besides(&self, goals: &[Goal]) -> usize {
         let regions = self.regions(goals, false);
@@ -291,4 +282,14 @@ pub trait RadiativeExchange {
         let own = self.material(region)?.net_flux_of(h);
         Some(own.derived(size * own.estimate, |x| size * x))
     }
+}
+
+/// Which goals are certain, as their surfaces reflect nothing: u = F.
+#[must_use]
+pub fn certain(surfaces: &dyn RadiativeExchange, goals: &[Goal]) -> Vec<bool> {
+    let is_black = |goal: &Goal| {
+        let material = surfaces.material(&goal.region);
+        material.is_some_and(|material| material.reflectance == 0.0)
+    };
+    goals.iter().map(is_black).collect()
 }

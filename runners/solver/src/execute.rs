@@ -92,6 +92,10 @@ impl SetUp {
         if let Some(figures) = self.resolvent {
             return figures.floor(self.largest);
         }
+        // Where all is 0 nothing is rounded.
+        if u == 0.0 && statistics.plain().std_dev == Some(0.0) {
+            return 0.0;
+        }
         // Plain walks have no table: every step of theirs rounds once.
         let length = statistics.states() as f64 / statistics.walks().max(1) as f64;
         let radius_bound = match self.radius_bound {

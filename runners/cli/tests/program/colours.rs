@@ -436,7 +436,7 @@ fn what_channels_of_rooms_refuse() {
         ),
         (
             &["solve", &file, "--adjoint", "true"],
-            "walks go back from the sources to the receivers in scenes",
+            "this equation has no walks from the sources to the receivers",
         ),
     ] {
         common::refused(&common::fredholm(args), &[words]);

@@ -5,7 +5,7 @@ use fredholm_core::{
     Value,
 };
 use fredholm_model::channels::{self, with_sum};
-use fredholm_model::heat::RadiativeExchange as _;
+use fredholm_model::heat::{RadiativeExchange as _, certain};
 use fredholm_model::{Error, Region, Request, WithJob};
 use fredholm_room::{Grey, Irradiance, Point, Room, Seen, Tint, Wide};
 
@@ -56,8 +56,8 @@ impl RoomModel {
         galerkin.truncate(request.goals.len());
         let walked = LastStep(equation);
         let job = Goals::new(&walked, &*follow.neighbour, &goals, request.walk.for_core());
-        let certain = self.certain(request.goals);
-        then(&job.with_sum(weights).with_certain(&certain), &galerkin)
+        let known = certain(self, request.goals);
+        then(&job.with_sum(weights).with_certain(&known), &galerkin)
     }
 
     /// Where the walks of a goal start.

@@ -6,7 +6,7 @@ use fredholm_core::{
 };
 use fredholm_model::channels::{self, with_sum};
 use fredholm_model::cost::PointwisePairs;
-use fredholm_model::heat::RadiativeExchange as _;
+use fredholm_model::heat::{RadiativeExchange as _, certain};
 use fredholm_model::numbers::largest;
 use fredholm_model::{Error, Prepared, Region, Request, Then};
 use fredholm_scene::{Sources, Tint, Wide};
@@ -100,8 +100,8 @@ impl Cut<'_> {
         // Of plain walks nothing is known, and irradiances of receivers are no goals.
         galerkin.resize(request.goals.len(), 0.0);
         let job = Goals::new(equation, &*neighbour, &goals, request.walk.for_core());
-        let certain = model.certain(request.goals);
-        let job = job.with_sum(model.weights()).with_certain(&certain);
+        let known = certain(model, request.goals);
+        let job = job.with_sum(model.weights()).with_certain(&known);
         let (Some(system), Some(tables)) = (solved, &tables) else {
             return then(&Prepared::plain(&job, &galerkin));
         };
