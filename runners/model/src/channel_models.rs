@@ -549,7 +549,7 @@ impl<'m> Partitioned<'m> for ChannelCuts<'m> {
             let each = numbers.len() / channels;
             numbers[channel * each..(channel + 1) * each].to_vec()
         };
-        let of = |(channel, cut): (usize, &Box<dyn Partitioned<'m> + 'm>)| {
+        let systems = self.cuts.iter().enumerate().map(|(channel, cut)| {
             cut.restore(SavedSystem {
                 solution: Cow::Owned(Solution {
                     v: part(&v, channel),
@@ -558,8 +558,7 @@ impl<'m> Partitioned<'m> for ChannelCuts<'m> {
                 }),
                 coefficients: Cow::Owned(part(&saved.coefficients, channel)),
             })
-        };
-        let systems = self.cuts.iter().enumerate().map(of);
+        });
         Ok(self.system(systems.collect::<Result<_, Error>>()?))
     }
 
