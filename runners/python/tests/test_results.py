@@ -124,5 +124,6 @@ def test_settings_reach_the_walks() -> None:
     with pytest.raises(fredholm.InputError, match="last_step"):
         CUBE.solve(mean=True, cells=4, walks=500, last_step=True)
     # The way back of all but scenes.
-    back = CUBE.solve(mean=True, cells=4, walks=6400, adjoint=True, method="walks").to_dict()
-    assert back["whole"] == CUBE.solve(mean=True, cells=4, walks=6400, global_=True, method="walks").to_dict()["whole"]
+    ways: list[dict[str, bool]] = [{"adjoint": True}, {"global_": True}]
+    back, whole = [CUBE.solve(mean=True, cells=4, walks=6400, method="walks", **way).values for way in ways]
+    assert back == whole
