@@ -1,11 +1,11 @@
 //! Channels as files have them: their names, and one number for all of them or one for each.
 
+use fredholm::channels::check_names;
 use fredholm::heat::part_below;
 use fredholm_core::MOST_CHANNELS;
 
-use crate::place::{InputError, Place, Placed};
+use crate::place::{InputError, Placed};
 use crate::section::Field;
-use crate::validate::is_printable;
 
 /// What is said where temperatures stand beside channels.
 pub(crate) const HEAT: &str = "temperatures and net fluxes have one channel: leave out `channels` and lists of \
@@ -21,16 +21,7 @@ pub type Lists = Option<Placed<Vec<Vec<Placed<f64>>>>>;
 pub(crate) fn read_names(field: &Field<'_, '_>) -> Result<Vec<String>, InputError> {
     let names = field.strings()?;
     let all: Vec<String> = names.value.iter().map(|name| name.value.clone()).collect();
-    if !(1..=MOST_CHANNELS).contains(&all.len()) {
-        return Err(field.error(format_args!("there are 1 to {MOST_CHANNELS} channels")));
-    }
-    for (number, name) in names.value.iter().enumerate() {
-        let is_taken = all.iter().take(number).any(|other| *other == name.value);
-        if is_taken || name.value.trim().is_empty() || !is_printable(&name.value) {
-            let message = "the names of channels must differ, and be printable";
-            return Err(at(field, &name.place, message));
-        }
-    }
+    check_names(&all).map_err(|error| field.error(error))?;
     Ok(all)
 }
 
@@ -159,12 +150,5 @@ pub(crate) fn refuse_lists(field: &Field<'_, '_>) -> Result<(), InputError> {
              `channels = [\"red\", \"green\", \"blue\"]`, in `[problem]`",
         )),
         false => Ok(()),
-    }
-}
-
-fn at(field: &Field<'_, '_>, place: &Place, message: &str) -> InputError {
-    match place {
-        Place::File(span) => field.source.error(span.clone(), message),
-        _ => field.error(message),
     }
 }

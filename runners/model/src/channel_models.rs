@@ -282,19 +282,13 @@ impl Job for Joint<'_> {
 }
 
 impl Model for ChannelModels {
+    crate::of_space!(first);
+
     fn about(&self) -> About {
         About {
             whole: WholeValues::None,
             ..self.first().about()
         }
-    }
-
-    fn part(&self, number: usize) -> Option<&str> {
-        self.first().part(number)
-    }
-
-    fn weight(&self, number: usize) -> Option<&str> {
-        self.first().weight(number)
     }
 
     fn channels(&self) -> &[String] {
@@ -303,14 +297,6 @@ impl Model for ChannelModels {
 
     fn unit(&self) -> Option<&'static str> {
         self.first().unit()
-    }
-
-    fn position(&self, region: &Region) -> Option<Vec<f64>> {
-        self.first().position(region)
-    }
-
-    fn place(&self, region: &Region) -> Option<[f64; 3]> {
-        self.first().place(region)
     }
 
     fn notes(&self) -> Vec<String> {
@@ -323,14 +309,6 @@ impl Model for ChannelModels {
             .try_for_each(|model| model.check_goals(goals))
     }
 
-    fn grid(&self, points: usize, part: Option<usize>) -> Vec<Region> {
-        self.first().grid(points, part)
-    }
-
-    fn around(&self) -> Option<[f64; 2]> {
-        self.first().around()
-    }
-
     fn whole(&self) -> Region {
         self.first().whole()
     }
@@ -339,9 +317,9 @@ impl Model for ChannelModels {
         let all = || self.models.iter().map(|own| own.last_steps());
         match all().find(|own| *own == LastSteps::Never) {
             Some(never) => never,
-            None => all()
-                .find(|own| *own == LastSteps::Open { pay: true })
-                .unwrap_or_else(|| self.first().last_steps()),
+            None => LastSteps::Open {
+                pay: all().any(|own| own == LastSteps::Open { pay: true }),
+            },
         }
     }
 
@@ -387,7 +365,7 @@ impl Model for ChannelModels {
         };
         let seconds = |of: fn(&ResolventAnswer) -> f64| all.iter().map(of).sum();
         let stopped = all.iter().find(|own| own.stop != StopReason::Done);
-        let answer = ResolventAnswer {
+        let mut answer = ResolventAnswer {
             estimates,
             points: all.iter().map(|own| own.points).sum(),
             steps: all.iter().map(|own| own.steps).sum(),
@@ -398,6 +376,15 @@ impl Model for ChannelModels {
             walk_seconds: seconds(|own| own.walk_seconds),
             ..largest
         };
+        let sums = answer.estimates.iter().skip(channels).step_by(channels + 1);
+        let is_late = |sum: &ResolventEstimate| matches!(asked.tolerance, Some(Tolerance::Relative(share)) if sum.std_error > share * sum.value.abs());
+        if answer.stop == StopReason::Done && !question.is_prediction && sums.clone().any(is_late) {
+            answer.stop = StopReason::ToleranceNotReached;
+            answer.reason = Some(
+                "channels have the relative error, and cancel in their sum: give an absolute one"
+                    .to_owned(),
+            );
+        }
         Ok(ResolventFound {
             answer,
             field: None,
@@ -406,14 +393,6 @@ impl Model for ChannelModels {
 
     fn pairs_to_choose(&self) -> &'static [Pairs] {
         self.first().pairs_to_choose()
-    }
-
-    fn spread(&self, points: f64) -> Vec<Region> {
-        self.first().spread(points)
-    }
-
-    fn is_in_space(&self, region: &Region) -> bool {
-        self.first().is_in_space(region)
     }
 
     fn exact_of(&self, goal: &Goal) -> Result<Option<f64>, Error> {
@@ -440,20 +419,12 @@ impl Model for ChannelModels {
         }))
     }
 
-    fn levels(&self, discretisation: &Discretisation) -> Vec<usize> {
-        self.first().levels(discretisation)
-    }
-
     fn coarse_levels(&self, discretisation: &Discretisation) -> Vec<usize> {
         self.first().coarse_levels(discretisation)
     }
 
     fn order(&self, discretisation: &Discretisation, pairs: Pairs) -> f64 {
         self.first().order(discretisation, pairs)
-    }
-
-    fn smooth_order(&self, degree: usize) -> f64 {
-        self.first().smooth_order(degree)
     }
 
     fn explain(&self, error: Error) -> Error {

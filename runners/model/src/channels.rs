@@ -174,11 +174,7 @@ impl ChannelNames {
     /// [`Error::Option`], with the words for what has them.
     pub fn check(&self, what: &str, materials: &[Material]) -> Result<(), Error> {
         let channels = self.channels();
-        if !(1..=MOST_CHANNELS).contains(&channels) {
-            return refuse(format!(
-                "there are 1 to {MOST_CHANNELS} channels, not {channels}"
-            ));
-        }
+        check_names(self.names.get(..channels).unwrap_or_default())?;
         if materials.len() != channels {
             return refuse(format!(
                 "{what} has {} materials, and there are {channels} channels",
@@ -225,7 +221,7 @@ pub fn regions(
     Ok(targets.map(|goal| goal.region.clone()).collect())
 }
 
-/// Refuses names of channels that are none, too many, empty, or the same.
+/// Refuses names of channels that are none, too many, blank, not printable, or the same.
 ///
 /// # Errors
 /// [`Error::Option`].
@@ -236,14 +232,16 @@ pub fn check_names(names: &[String]) -> Result<(), Error> {
             "there are 1 to {MOST_CHANNELS} channels, not {count}"
         ));
     }
-    for (number, name) in names.iter().enumerate() {
-        if name.trim().is_empty() || names[..number].contains(name) {
-            return refuse(format!(
-                "the names of channels must differ, and be no blanks: {name:?}"
-            ));
-        }
+    let is_wrong = |(number, name): &(usize, &String)| {
+        let is_taken = names[..*number].contains(name);
+        is_taken || name.trim().is_empty() || name.contains(char::is_control)
+    };
+    match names.iter().enumerate().find(is_wrong) {
+        None => Ok(()),
+        Some((_, name)) => refuse(format!(
+            "the names of channels must differ, and be printable: {name:?}"
+        )),
     }
-    Ok(())
 }
 
 fn is_rgb(channels: &[String]) -> bool {

@@ -45,6 +45,15 @@ impl Colours {
         own.map(|part| Material::largest(part)).collect()
     }
 
+    /// Whether no surface emits anything in this channel or, if it is that of the sum, in any.
+    pub(crate) fn is_dark(&self, channel: usize) -> bool {
+        let mut parts = self.materials.iter().flatten();
+        parts.all(|part| match part.get(channel) {
+            Some(own) => own.emission == 0.0,
+            None => part.iter().all(|own| own.emission == 0.0),
+        })
+    }
+
     /// The material of a part of a surface in every channel.
     #[must_use]
     pub fn of_part(&self, surface: usize, part: usize) -> Option<&[Material]> {

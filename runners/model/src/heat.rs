@@ -284,12 +284,19 @@ pub trait RadiativeExchange {
     }
 }
 
-/// Which goals are certain, as their surfaces reflect nothing: u = F.
+/// Which goals are certain: u = F where nothing is reflected, and u = 0 in a channel in which no surface emits.
+///
+/// `colours` are `None` in one channel, and where lamps, the sun or a sky shine in all of them.
 #[must_use]
-pub fn certain(surfaces: &dyn RadiativeExchange, goals: &[Goal]) -> Vec<bool> {
-    let is_black = |goal: &Goal| {
+pub fn certain(
+    surfaces: &dyn RadiativeExchange,
+    colours: Option<&Colours>,
+    goals: &[Goal],
+) -> Vec<bool> {
+    let is_certain = |goal: &Goal| {
         let material = surfaces.material(&goal.region);
-        material.is_some_and(|material| material.reflectance == 0.0)
+        let is_dark = |colours: &Colours| goal.channel.is_some_and(|own| colours.is_dark(own));
+        material.is_some_and(|own| own.reflectance == 0.0) || colours.is_some_and(is_dark)
     };
-    goals.iter().map(is_black).collect()
+    goals.iter().map(is_certain).collect()
 }

@@ -446,6 +446,74 @@ pub trait System: Send + Sync {
     }
 }
 
+/// What a [`Model`] has in common with one of the same space, which its method of this name gives: methods of an `impl Model`.
+///
+/// ```
+/// use fredholm_model::{About, Discretisation, Error, Goal, Model, Pairs, Partitioned};
+///
+/// /// A model under another name.
+/// struct Named<'a>(&'a dyn Model);
+///
+/// impl Named<'_> {
+///     fn inner(&self) -> &dyn Model {
+///         self.0
+///     }
+/// }
+///
+/// impl Model for Named<'_> {
+///     fredholm_model::of_space!(inner);
+///
+///     fn about(&self) -> About {
+///         About { kind: "mine", ..self.0.about() }
+///     }
+///     fn check_goals(&self, goals: &[Goal]) -> Result<(), Error> {
+///         self.0.check_goals(goals)
+///     }
+///     fn check(&self, cut: &Discretisation, pairs: Pairs) -> Result<(), Error> {
+///         self.0.check(cut, pairs)
+///     }
+///     fn partition<'m>(&'m self, cut: &Discretisation) -> Result<Box<dyn Partitioned<'m> + 'm>, Error> {
+///         self.0.partition(cut)
+///     }
+/// }
+/// ```
+#[macro_export]
+macro_rules! of_space {
+    ($inner:ident) => {
+        fn part(&self, number: usize) -> Option<&str> {
+            self.$inner().part(number)
+        }
+
+        fn weight(&self, number: usize) -> Option<&str> {
+            self.$inner().weight(number)
+        }
+
+        fn place(&self, region: &$crate::Region) -> Option<[f64; 3]> {
+            self.$inner().place(region)
+        }
+
+        fn around(&self) -> Option<[f64; 2]> {
+            self.$inner().around()
+        }
+
+        fn grid(&self, points: usize, part: Option<usize>) -> Vec<$crate::Region> {
+            self.$inner().grid(points, part)
+        }
+
+        fn spread(&self, points: f64) -> Vec<$crate::Region> {
+            self.$inner().spread(points)
+        }
+
+        fn levels(&self, discretisation: &$crate::Discretisation) -> Vec<usize> {
+            self.$inner().levels(discretisation)
+        }
+
+        fn smooth_order(&self, degree: usize) -> f64 {
+            self.$inner().smooth_order(degree)
+        }
+    };
+}
+
 /// `Debug` of objects of a trait, by its name.
 ///
 /// ```

@@ -288,13 +288,8 @@ impl<'m> Solver<'m> {
     /// # Errors
     /// [`SolveError`].
     pub fn solve(&self) -> Result<Report, SolveError> {
-        let settings = self.settings.clone().for_model(self.model);
-        if settings != self.settings {
-            return Self {
-                settings,
-                ..self.clone()
-            }
-            .solve();
+        if let Some(global) = self.by_global() {
+            return global.solve();
         }
         let run = || -> Result<Report, SolveError> {
             self.check()?;
@@ -440,6 +435,7 @@ impl<'m> Solver<'m> {
     /// [`SolveError`].
     pub fn predict(mut self, error: f64) -> Result<Option<(Settings, ChoiceReport)>, SolveError> {
         self.settings.tolerance = Some(Tolerance::Absolute(error));
+        self.settings = self.settings.for_model(self.model);
         let run = || {
             self.check()?;
             let targets = self.targets()?;

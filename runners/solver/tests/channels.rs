@@ -6,7 +6,7 @@ use fredholm::sphere::Parameters;
 use fredholm::tube::Parameters as TubeParameters;
 use fredholm::{
     CircleModel, CubeModel, CustomModel, Error, Method, Model, Region, Report, Scalar, Sequence,
-    Solver, SphereModel, TubeModel,
+    SolveError, Solver, SphereModel, TubeModel,
 };
 
 use common::Line;
@@ -193,6 +193,23 @@ fn what_is_open_is_chosen_and_resolvent_walks_serve() {
     let grid = pairs();
     let report = Solver::new(&*grid[1][1]).grid(11).solve_to(1e-9).unwrap();
     assert!(report.resolvent.is_some() && report.goals.len() == 33);
+}
+
+/// The relative error of a sum in which channels cancel is not that of the channels, and a run does not say that it is.
+#[test]
+fn sums_that_cancel_are_not_said_to_be_reached() {
+    let of =
+        |sign: f64| CubeModel::on_interval([0.0, 1.0], |x, y| 0.5 * (-x * y).exp(), move |_| sign);
+    let channels = ChannelModels::new(["up", "down"], [of(1.0), of(-1.0)]).unwrap();
+    let solver = || Solver::new(&channels).mean();
+    match solver().solve_to_relative(1e-4) {
+        Err(SolveError::NotReached(report)) => {
+            let reason = report.reason.unwrap();
+            assert!(reason.contains("cancel in their sum"), "{reason}");
+        }
+        other => panic!("{other:?}"),
+    }
+    assert!(solver().solve_to(1e-6).unwrap()[2].std_error() <= 1e-6);
 }
 
 /// The systems of both channels, saved and made again, give the same bits.

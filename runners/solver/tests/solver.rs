@@ -589,3 +589,29 @@ fn black_walls_are_certain() {
         }
     }
 }
+
+/// Where the way back is a global estimate, that is so for whatever is asked of it.
+#[test]
+fn the_way_back_of_a_circle_is_a_global_estimate() {
+    let circle = CircleModel::new(vec![0.5], Emission::Arcs(vec![1.0, 0.0]));
+    let solver = || Solver::new(&circle).mean().at(3.0);
+    let back = solver().adjoint(true).solve_to(1e-4).unwrap();
+    assert!(back.whole.is_some() && back[0].std_error() <= 1e-4);
+    let (settings, _) = solver().adjoint(true).predict(1e-4).unwrap().unwrap();
+    assert_eq!(settings.global, Some(true));
+    let [there, again] =
+        [solver().adjoint(true), solver()].map(|own| own.whole().unwrap().at(1.0).unwrap());
+    assert_eq!(there.estimate, again.estimate);
+    let settings = Settings {
+        adjoint: Some(true),
+        global: Some(false),
+        ..Settings::default()
+    };
+    let refused = Solver::with(&circle, settings, Vec::new()).mean().solve();
+    assert!(
+        refused
+            .unwrap_err()
+            .to_string()
+            .contains("leave `adjoint` out")
+    );
+}

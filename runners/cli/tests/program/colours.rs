@@ -442,3 +442,24 @@ fn what_channels_of_rooms_refuse() {
         common::refused(&common::fredholm(args), &[words]);
     }
 }
+
+/// A channel in which nothing emits is 0 for certain, and keeps no other from its error.
+#[test]
+fn dark_channels_are_certain() {
+    let folder = Folder::new();
+    let flat = flat(None).replace(
+        "emission = [10.0, 20.0, 40.0]",
+        "emission = [10.0, 0.0, 40.0]",
+    );
+    let (problem, _) = flat.split_once("[walk]").unwrap_or((&flat, ""));
+    let (problem, _) = problem.split_once("[[target]]").unwrap_or((problem, ""));
+    let text = format!(
+        "{problem}[walk]\ntarget_error = 0.01\n[[target]]\nname = \"all\"\nover = \"all\"\n"
+    );
+    let file = folder.file("dark.toml", text);
+    let report = common::json(&["solve", &file]);
+    let targets = common::list(&report, "targets");
+    let of = |number: usize, what: &str| targets[number]["preconditioned"][what].as_f64().unwrap();
+    assert_eq!([of(1, "estimate"), of(1, "std_error")], [0.0, 0.0]);
+    assert!(of(0, "estimate") > 0.0 && of(3, "std_error") <= 0.01);
+}

@@ -85,7 +85,7 @@ fn wrong_channels_are_refused_at_their_place() {
     is(&tube("channels = {}"), "1 to 128 channels, not 0");
     is(
         &tube("channels = { \" \" = {} }"),
-        "must differ, and be no blanks",
+        "must differ, and be printable: \" \"",
     );
     is(
         &tube("channels = { a = {}, b = { length = 3 } }").replace("over = \"right\"", "grid = 3"),

@@ -56,7 +56,7 @@ impl RoomModel {
         galerkin.truncate(request.goals.len());
         let walked = LastStep(equation);
         let job = Goals::new(&walked, &*follow.neighbour, &goals, request.walk.for_core());
-        let known = certain(self, request.goals);
+        let known = certain(self, self.colours(), request.goals);
         then(&job.with_sum(weights).with_certain(&known), &galerkin)
     }
 

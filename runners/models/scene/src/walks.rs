@@ -100,7 +100,9 @@ impl Cut<'_> {
         // Of plain walks nothing is known, and irradiances of receivers are no goals.
         galerkin.resize(request.goals.len(), 0.0);
         let job = Goals::new(equation, &*neighbour, &goals, request.walk.for_core());
-        let known = certain(model, request.goals);
+        let has_others = model.scene.sky().is_some() || !model.scene.beams().is_empty();
+        let colours = model.colours().filter(|_| !has_others);
+        let known = certain(model, colours, request.goals);
         let job = job.with_sum(model.weights()).with_certain(&known);
         let (Some(system), Some(tables)) = (solved, &tables) else {
             return then(&Prepared::plain(&job, &galerkin));

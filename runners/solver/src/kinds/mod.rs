@@ -4,28 +4,10 @@
 /// this crate's optimisation, and not once more wherever such a model is used.
 macro_rules! delegated {
     ($inner:ident) => {
-        fn weight(&self, number: usize) -> Option<&str> {
-            self.$inner().weight(number)
-        }
-
-        fn place(&self, region: &Region) -> Option<[f64; 3]> {
-            self.$inner().place(region)
-        }
-
-        fn around(&self) -> Option<[f64; 2]> {
-            self.$inner().around()
-        }
+        fredholm_model::of_space!($inner);
 
         fn last_steps(&self) -> LastSteps {
             self.$inner().last_steps()
-        }
-
-        fn grid(&self, points: usize, part: Option<usize>) -> Vec<Region> {
-            self.$inner().grid(points, part)
-        }
-
-        fn spread(&self, points: f64) -> Vec<Region> {
-            self.$inner().spread(points)
         }
 
         fn exact(&self, region: &Region) -> Result<Option<f64>, Error> {
@@ -37,14 +19,6 @@ macro_rules! delegated {
             discretisation: &Discretisation,
         ) -> Result<Box<dyn Partitioned<'m> + 'm>, Error> {
             self.$inner().partition(discretisation)
-        }
-
-        fn levels(&self, discretisation: &Discretisation) -> Vec<usize> {
-            self.$inner().levels(discretisation)
-        }
-
-        fn smooth_order(&self, degree: usize) -> f64 {
-            self.$inner().smooth_order(degree)
         }
     };
 }

@@ -305,10 +305,6 @@ impl Model for SystemModel {
         self.model().about()
     }
 
-    fn part(&self, number: usize) -> Option<&str> {
-        self.model().part(number)
-    }
-
     fn check_goals(&self, goals: &[Goal]) -> Result<(), Error> {
         for goal in goals {
             match &goal.region {

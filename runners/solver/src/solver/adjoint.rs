@@ -19,7 +19,8 @@ pub fn asked_way_back<'a>(
 
 /// The direction of walks.
 impl Solver<'_> {
-    /// Sets whether walks go from the sources to the receivers: one set of walks for all means that are asked for, in scenes. What
+    /// Sets whether walks go from the sources to the receivers: one set of walks for all that is asked for. In scenes they start where light does,
+    /// for means; elsewhere they are those of the global estimate. What
     /// nothing is said of is chosen with a target error, and otherwise walks go from the receivers.
     ///
     /// ```
@@ -45,6 +46,15 @@ impl Solver<'_> {
     pub fn adjoint(mut self, from_the_sources: bool) -> Self {
         self.settings.adjoint = Some(from_the_sources);
         self
+    }
+
+    /// The solver whose global estimate is the way back, if that is asked for and is one.
+    pub(crate) fn by_global(&self) -> Option<Self> {
+        let settings = self.settings.clone().for_model(self.model);
+        (settings != self.settings).then(|| Self {
+            settings,
+            ..self.clone()
+        })
     }
 
     /// The model of the way back, if the choice may take it.

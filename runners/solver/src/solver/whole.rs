@@ -60,6 +60,9 @@ impl<'m> Solver<'m> {
     /// # Errors
     /// [`SolveError`].
     pub fn whole(&self) -> Result<GlobalEstimate<'m>, SolveError> {
+        if let Some(global) = self.by_global() {
+            return global.whole();
+        }
         let run = || -> Result<GlobalEstimate<'m>, SolveError> {
             self.check()?;
             self.check_direction()?;
