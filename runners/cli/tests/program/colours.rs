@@ -457,7 +457,7 @@ fn dark_channels_are_certain() {
         "{problem}[walk]\ntarget_error = 0.01\n[[target]]\nname = \"all\"\nover = \"all\"\n"
     );
     let file = folder.file("dark.toml", text);
-    let report = common::json(&["solve", &file]);
+    let report = json(&["solve", &file]);
     let targets = common::list(&report, "targets");
     let of = |number: usize, what: &str| targets[number]["preconditioned"][what].as_f64().unwrap();
     assert_eq!([of(1, "estimate"), of(1, "std_error")], [0.0, 0.0]);
