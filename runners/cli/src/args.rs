@@ -1,6 +1,6 @@
 //! The command line.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
@@ -72,6 +72,20 @@ Nothing is run, except the pilot walks of a file that gives a target error and l
         #[arg(long, value_name = "FILE")]
         out: Option<PathBuf>,
     },
+    /// Say how wrong a solution is that somebody else has found, with error bars
+    #[command(after_help = "\
+The solution is a formula, or a CSV file of points and values: a head names the columns (coordinates, `surface`, `t`, \
+`name` of a target, `value`); without one the last column is the value. A formula is compared with u at the targets of the \
+file and at some 256 points all over the space, a table at its own points. Form factors (.csv of from, to, factor, or \
+View3D's text) are compared with exact ones.
+
+  fredholm certify FILE.toml --with \"1.2 * x\"
+  fredholm certify FILE.toml --with nodes.csv --out errors.svg
+  fredholm certify FILE.toml --factors theirs.csv
+
+How exact u is follows from the file, --target-error or --walks, as for `solve`. Exit status: 0 if the solution is right to \
+within the band, 1 if it is wrong, 3 if it is right and the target error was not reached.")]
+    Certify(CertifyArgs),
     /// Measure how fast the error falls with cells and walks, beside theory and other methods
     #[command(after_help = "\
 A sweep over cells n with n² walks each, for the mean of u. The table has the standard deviation and \
@@ -205,6 +219,46 @@ pub(crate) struct RatesArgs {
     pub(crate) out: Option<PathBuf>,
 }
 
+/// Options of `certify`.
+#[derive(Debug, Args)]
+#[command(allow_negative_numbers = true)]
+pub(crate) struct CertifyArgs {
+    /// The problem file (TOML); for form factors also a deck or a mesh
+    pub(crate) file: PathBuf,
+    /// The solution: a formula in x, or x1, x2, …, or a CSV file of points and values. Of several channels or components give one
+    /// formula for each
+    #[arg(
+        long,
+        value_name = "SOLUTION",
+        required_unless_present = "factors",
+        allow_hyphen_values = true
+    )]
+    pub(crate) with: Vec<String>,
+    /// Form factors in place of a solution: .csv (from, to, factor) or View3D's text
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["with", "target_error", "relative", "walks", "time_limit", "seed"])]
+    pub(crate) factors: Option<PathBuf>,
+    /// Walk until the standard errors of u are no larger
+    #[arg(long, visible_alias = "error", value_name = "E")]
+    pub(crate) target_error: Option<f64>,
+    /// Interpret the target error relative to the estimate
+    #[arg(long)]
+    pub(crate) relative: bool,
+    /// Walks for each value, or for all if one set of walks answers them; with a target error the maximum number
+    #[arg(long, value_name = "N", value_parser = count::<u64>)]
+    pub(crate) walks: Option<u64>,
+    /// Stop walking after this time with what has been done by then
+    #[arg(long, value_name = "SECONDS")]
+    pub(crate) time_limit: Option<f64>,
+    /// Seed of the walks
+    #[arg(long, value_name = "S", value_parser = count::<u64>)]
+    pub(crate) seed: Option<u64>,
+    #[command(flatten)]
+    pub(crate) common: Common,
+    /// Write all values to this file: .json, .csv, or .svg for a picture of the errors along one coordinate; of form factors .json
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+}
+
 /// Options of `diagnose`.
 #[derive(Debug, Args)]
 pub(crate) struct DiagnoseArgs {
@@ -323,6 +377,24 @@ pub(crate) struct FactorsArgs {
     /// Print one JSON document on stdout and nothing else
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+impl FactorsArgs {
+    /// What is asked for of a file, if nothing else is said.
+    pub(crate) fn of_file(file: &Path, threads: Option<u16>) -> Self {
+        Self {
+            file: file.to_owned(),
+            error: None,
+            open: false,
+            faces: false,
+            grey: false,
+            watts: false,
+            close: false,
+            threads,
+            out: None,
+            json: false,
+        }
+    }
 }
 
 /// Options of every command that walks.

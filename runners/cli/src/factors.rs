@@ -79,10 +79,7 @@ pub(crate) struct SkyPatch {
 /// Runs `factors`.
 pub(crate) fn factors(args: &FactorsArgs) -> Result<Ended, Failure> {
     let output = args.out.as_deref().map(Format::open).transpose()?;
-    let factors = match scene::read(&args.file)? {
-        Some(file) => scene::factors(args, file)?,
-        None => of_room(args)?,
-    };
+    let factors = found(args)?;
     let written = output.map_or(Ok(()), |(format, output)| {
         Ok(match format {
             Format::Json => output.finish(table::json(&factors)?),
@@ -98,6 +95,14 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Ended, Failure> {
     })?;
     factors.remarks(args);
     written.map(|()| Ended::Done)
+}
+
+/// The form factors that are asked for.
+pub(crate) fn found(args: &FactorsArgs) -> Result<Factors, Failure> {
+    match scene::read(&args.file)? {
+        Some(file) => scene::factors(args, file),
+        None => of_room(args),
+    }
 }
 
 /// The kinds of files of form factors.

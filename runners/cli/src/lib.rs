@@ -5,6 +5,7 @@
 //! way, 2 bad usage or input, 3 the requested error was not reached, 130 interrupted.
 
 mod args;
+mod certify;
 mod diagnose;
 mod drawing;
 mod export;
@@ -94,6 +95,7 @@ fn run(command: &Command, process: Option<Process<'_>>) -> Result<Ended, Failure
         Command::Merge(args) => merge::merge(args),
         Command::Factors(args) => factors::factors(args),
         Command::Rates(args) => rates::rates(args, signals),
+        Command::Certify(args) => certify::certify(args, signals),
         Command::Diagnose(args) => diagnose::diagnose(args),
         Command::Render(args) => render::render(args, signals),
         Command::Verify(args) => verify::verify(args, signals),

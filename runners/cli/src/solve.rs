@@ -286,7 +286,7 @@ fn begin<'a>(args: &SolveArgs, process: Option<Process<'a>>) -> Result<Begun<'a>
     })
 }
 
-fn time_limit(seconds: f64) -> Result<Duration, Failure> {
+pub(crate) fn time_limit(seconds: f64) -> Result<Duration, Failure> {
     Duration::try_from_secs_f64(seconds)
         .ok()
         .filter(|limit| !limit.is_zero())

@@ -3,6 +3,7 @@
 mod channels;
 pub mod deck;
 pub mod formula;
+mod given;
 pub mod kinds;
 mod load;
 mod model;
@@ -23,6 +24,7 @@ use toml::de::{DeTable, DeValue};
 
 pub use fredholm::{Choices, Estimator, Form, Method, Pairs, Scalar, Sequence};
 
+pub use given::{GivenTable, Solution, last_digit};
 pub use kinds::{KINDS, Kind, KindEntry};
 pub use load::{MAX_BYTES, load, load_from, utf8};
 pub use model::{Resolution, Resolved};

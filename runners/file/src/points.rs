@@ -65,7 +65,7 @@ fn read(source: &Source, point: &mut ReadPoint<'_>) -> Result<Vec<Region>, Input
 }
 
 /// The fields of a line, without blanks around them and the quotes around a field.
-fn fields(line: &str) -> Vec<&str> {
+pub(crate) fn fields(line: &str) -> Vec<&str> {
     let mut quoted = false;
     line.split(|c| {
         quoted ^= c == '"';

@@ -63,6 +63,11 @@ pub enum Region {
 pub struct WeightFn(Arc<Field>);
 
 /// A function of the coordinates of a point.
+///
+/// ```
+/// let first: &fredholm::Field = &|x| x[0];
+/// assert_eq!(first(&[0.5, 1.0]), 0.5);
+/// ```
 pub type Field = dyn Fn(&[f64]) -> f64 + Send + Sync;
 
 impl WeightFn {

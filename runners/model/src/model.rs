@@ -12,7 +12,7 @@ use crate::question::{ResolventFound, ResolventQuestion};
 
 use crate::cost::{Cost, PointwisePairs};
 use crate::{
-    About, Derived, Discretisation, Error, GlobalField, GlobalSystem, Goal, Pairs, Region,
+    About, Derived, Discretisation, Error, Field, GlobalField, GlobalSystem, Goal, Pairs, Region,
     SavedSystem, WalkOptions,
 };
 
@@ -203,6 +203,21 @@ pub trait Model: Send + Sync {
     /// [`Error::NotFinite`].
     fn exact_of(&self, goal: &Goal) -> Result<Option<f64>, Error> {
         self.exact(&goal.region)
+    }
+
+    /// (f, Φ) of a function of the coordinates that a point of this equation has; in rooms and scenes they are those of its place. `None`:
+    /// that is not known, or two rules do not agree on it to twelve digits.
+    ///
+    /// # Errors
+    /// [`Error`].
+    fn integral(&self, region: &Region, function: &Field) -> Result<Option<f64>, Error> {
+        let at = match region {
+            Region::Point(x) => Some(x.clone()),
+            _ => self
+                .position(region)
+                .or_else(|| self.place(region).map(|at| at.to_vec())),
+        };
+        Ok(at.map(|at| function(&at)))
     }
 
     /// Refuses combinations that it does not take.
@@ -502,6 +517,14 @@ macro_rules! of_space {
 
         fn spread(&self, points: f64) -> Vec<$crate::Region> {
             self.$inner().spread(points)
+        }
+
+        fn integral(
+            &self,
+            region: &$crate::Region,
+            function: &$crate::Field,
+        ) -> Result<Option<f64>, $crate::Error> {
+            self.$inner().integral(region, function)
         }
 
         fn levels(&self, discretisation: &$crate::Discretisation) -> Vec<usize> {

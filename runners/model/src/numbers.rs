@@ -102,11 +102,41 @@ pub const NORMAL: f64 = 1.959_964;
 /// much as its interval is wider. The expansion of Cornish and Fisher, 3 % too small at 2.
 #[must_use]
 pub fn widening(freedom: f64) -> f64 {
-    let z = NORMAL;
+    1.0 + excess(NORMAL, freedom) / NORMAL
+}
+
+/// Student's quantile with so many degrees of freedom less z, that of the normal distribution, by the expansion of Cornish and Fisher.
+fn excess(z: f64, freedom: f64) -> f64 {
     let first = (z.powi(3) + z) / 4.0;
     let second = (5.0 * z.powi(5) + 16.0 * z.powi(3) + 3.0 * z) / 96.0;
     let third = (3.0 * z.powi(7) + 19.0 * z.powi(5) + 17.0 * z.powi(3) - 15.0 * z) / 384.0;
-    1.0 + (first + (second + third / freedom) / freedom) / freedom / z
+    (first + (second + third / freedom) / freedom) / freedom
+}
+
+/// The number of standard errors that contain so many normal deviations at once with this probability, whatever their correlations
+/// (Šidák 1967); of Student's deviations with degrees of freedom.
+///
+/// ```
+/// use fredholm_model::numbers::simultaneous;
+///
+/// assert!((simultaneous(0.95, 1, None) - 1.959_964).abs() < 1e-6);
+/// assert!((simultaneous(0.95, 100, None) - 3.473_979).abs() < 1e-6);
+/// assert!(simultaneous(0.95, 100, Some(63.0)) > 3.6);
+/// ```
+#[must_use]
+pub fn simultaneous(level: f64, count: usize, freedom: Option<f64>) -> f64 {
+    // That is 1 − level^(1/count) without cancellation.
+    let outside = -(level.ln() / count.max(1) as f64).exp_m1();
+    let (mut low, mut high) = (0.0, 40.0);
+    for _ in 0..64 {
+        let middle = 0.5 * (low + high);
+        if libm::erfc(middle / core::f64::consts::SQRT_2) > outside {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    freedom.map_or(high, |freedom| high + excess(high, freedom))
 }
 
 /// Σ a b over as many numbers as both have, in four sums, which the compiler may take at once.

@@ -5,6 +5,7 @@
 pub const VALUE_VERSION: u32 = 1;
 
 pub mod answer;
+mod certify;
 pub mod choice;
 mod chosen;
 mod custom;
@@ -37,13 +38,14 @@ pub use fredholm_scene_model as scene;
 pub use kinds::*;
 
 pub use answer::SolveObserver;
+pub use certify::{Certificate, CertifiedValue, Verdict};
 pub use custom::{CustomEquation, CustomModel, Uniformly};
 pub use execute::Execute;
 pub use fredholm_core::{Absorption, Estimator, Form, StopReason, Tolerance};
 pub use fredholm_model::{
-    Ask, Choice, Choices, Discretisation, EquationError, Error, Goal, MeshCell, Method, Model,
-    Pairs, Partitioned, Region, Scalar, Sequence, Settings, Subject, System, Target, WalkOptions,
-    WeightFn, goals,
+    Ask, Choice, Choices, Discretisation, EquationError, Error, Field, Goal, MeshCell, Method,
+    Model, Pairs, Partitioned, Region, Scalar, Sequence, Settings, Subject, System, Target,
+    WalkOptions, WeightFn, goals,
 };
 pub use fredholm_rayon::Observer;
 pub use point::Point;

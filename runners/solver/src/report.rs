@@ -578,7 +578,7 @@ impl Coordinates {
     }
 
     /// The point for a table of people.
-    fn text(&self) -> String {
+    pub(crate) fn text(&self) -> String {
         let few = |&x: &f64| with_decimals(x, 6);
         match self {
             Self::Many(x) => x.iter().map(few).collect::<Vec<_>>().join(", "),

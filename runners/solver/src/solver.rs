@@ -548,13 +548,13 @@ impl<'m> Solver<'m> {
         Ok((solved.walk(&walks, &request, self.watch)?, count))
     }
 
-    fn goals(&self, targets: &[Target]) -> Result<Vec<Goal>, Error> {
+    pub(crate) fn goals(&self, targets: &[Target]) -> Result<Vec<Goal>, Error> {
         let goals = goals(self.model, targets)?;
         self.model.check_goals(&goals)?;
         Ok(goals)
     }
 
-    fn targets(&self) -> Result<Vec<Target>, Error> {
+    pub(crate) fn targets(&self) -> Result<Vec<Target>, Error> {
         if self.asked.is_empty() {
             return Err(Error::Region {
                 message: "nothing is asked for: give a point, a mean or another functional"

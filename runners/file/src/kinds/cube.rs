@@ -144,6 +144,10 @@ impl Kind for Cube {
         self.space.validate_target(file, what, "a cube")
     }
 
+    fn space(&self) -> Option<&Space> {
+        Some(&self.space)
+    }
+
     fn most_degree(&self) -> (usize, &'static str) {
         if self.space.dimension.value <= 3 {
             (4, "on a cube of up to 3 dimensions")

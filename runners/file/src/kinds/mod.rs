@@ -112,6 +112,11 @@ pub trait Kind: Any + Debug + Send + Sync {
         Ok(compact(self))
     }
 
+    /// The domain of the equation's formulas and the numbers that they know by name, if it has some.
+    fn space(&self) -> Option<&Space> {
+        None
+    }
+
     /// Whether there are several unknown functions, of which targets name one.
     fn has_components(&self) -> bool {
         false

@@ -171,6 +171,10 @@ impl Kind for System {
         self.space.validate_target(file, what, "a system")
     }
 
+    fn space(&self) -> Option<&Space> {
+        Some(&self.space)
+    }
+
     fn most_degree(&self) -> (usize, &'static str) {
         (4, "of a system")
     }

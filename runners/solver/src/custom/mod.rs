@@ -30,7 +30,7 @@ use fredholm_model::finite::radius_above;
 use fredholm_model::resolvent::{
     self, ByDensity, Grid, ResolventFound, ResolventQuestion, ResolventSizes,
 };
-use fredholm_model::{About, LastSteps, WholeValues};
+use fredholm_model::{About, Field, LastSteps, WholeValues};
 pub use regular::Uniformly;
 pub(crate) use regular::grid_levels;
 use system::CustomPartition;
@@ -488,8 +488,31 @@ impl<E: CustomEquation<Scalar = f64>> CustomModel<E> {
         Ok(radius_above(n, &matrix))
     }
 
-    /// ∫ f u dμ over ∫ dμ or 1, if two partitions agree on it.
-    fn integral(&self, f: impl Fn(&E::Point) -> f64, is_mean: bool) -> Result<Option<f64>, Error> {
+    /// (f, Φ) of a function.
+    fn of_function(
+        &self,
+        region: &Region,
+        f: impl Fn(&E::Point) -> f64,
+    ) -> Result<Option<f64>, Error> {
+        match region {
+            Region::Point(x) => Ok(Some(f(&place(self.default_equation()?, x)?))),
+            Region::Whole => self.sum_of(f, true),
+            Region::Arc(from, to) => {
+                let equation = self.default_equation()?;
+                Ok(Some(walk::mean_between(equation, [*from, *to], &|x| {
+                    f(&x)
+                })?))
+            }
+            region if walk::is_weight(region) => {
+                let weight = self.equations.weight_of(region)?;
+                self.sum_of(|x| weight(x) * f(x), false)
+            }
+            _ => Ok(None),
+        }
+    }
+
+    /// ∫ f dμ over ∫ dμ or 1, if two partitions agree on it.
+    fn sum_of(&self, f: impl Fn(&E::Point) -> f64, is_mean: bool) -> Result<Option<f64>, Error> {
         let of = |cells: usize| {
             let nodes = Nodes::new(&self.equation(cells)?, 5)?;
             let measure = if is_mean {
@@ -675,22 +698,19 @@ impl<E: CustomEquation<Scalar = f64>> Model for CustomModel<E> {
     }
 
     fn exact(&self, region: &Region) -> Result<Option<f64>, Error> {
-        let Some(u) = &self.solution else {
-            return Ok(None);
-        };
-        match region {
-            Region::Point(x) => Ok(Some(u(&place(self.default_equation()?, x)?))),
-            Region::Whole => self.integral(u, true),
-            Region::Arc(from, to) => {
-                let equation = self.default_equation()?;
-                let mean = walk::mean_between(equation, [*from, *to], &|x| u(&x))?;
-                Ok(Some(mean))
-            }
-            region if walk::is_weight(region) => {
-                let weight = self.equations.weight_of(region)?;
-                self.integral(|x| weight(x) * u(x), false)
-            }
-            _ => Ok(None),
+        match &self.solution {
+            Some(u) => self.of_function(region, u),
+            None => Ok(None),
+        }
+    }
+
+    fn integral(&self, region: &Region, function: &Field) -> Result<Option<f64>, Error> {
+        match (&self.equations.positions, region) {
+            (_, Region::Point(x)) => Ok(Some(function(x))),
+            (Some(positions), _) => self.of_function(region, |x| {
+                function(&positions.position(x).coordinates[..E::DIMENSION])
+            }),
+            (None, _) => Ok(None),
         }
     }
 

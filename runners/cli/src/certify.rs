@@ -1,0 +1,274 @@
+//! `fredholm certify`: how wrong a solution is that somebody else has found.
+
+mod factors;
+
+use std::path::Path;
+
+use fredholm::numbers::{aligned, short, with_error};
+use fredholm::report::Coordinates;
+use fredholm::{Certificate, CertifiedValue, Field, SolveError, Solver, StopReason, Verdict};
+use fredholm_file::SetByFlag as _;
+use fredholm_file::parts::output::Output;
+use fredholm_plot::{Axis, GridCurve, GridPoint};
+use serde::Serialize;
+
+use crate::args::CertifyArgs;
+use crate::failure::{Ended, Failure, print, say};
+use crate::progress::{Progress, Signals};
+use crate::solve::{Problem, read, time_limit};
+use crate::table;
+use crate::threads::with_threads;
+
+/// Rows of which all are printed; of more the worst ones are.
+const ROWS: usize = 20;
+/// The normal quantile that a picture multiplies standard errors by.
+const QUANTILE: f64 = 1.96;
+
+/// The kinds of result files.
+#[derive(Clone, Copy, Debug)]
+enum Format {
+    Json,
+    Csv,
+    Svg,
+}
+
+impl Format {
+    /// What to write where, known to be possible before any work is done.
+    fn open(path: &Path) -> Result<(Self, Output), Failure> {
+        let format = match path.extension().and_then(|e| e.to_str()) {
+            Some("json") => Self::Json,
+            Some("csv") => Self::Csv,
+            Some("svg") => Self::Svg,
+            _ => {
+                return Err(Failure::of_out(
+                    path,
+                    "the name must end in .json, .csv or .svg",
+                ));
+            }
+        };
+        Ok((format, Output::open("--out", path)?))
+    }
+
+    fn content(self, certificate: &Certificate) -> Result<String, Failure> {
+        match self {
+            Self::Json => table::json(certificate),
+            Self::Csv => csv(certificate),
+            Self::Svg => svg(certificate),
+        }
+    }
+}
+
+/// Runs `certify`.
+pub(crate) fn certify(args: &CertifyArgs, signals: &Signals) -> Result<Ended, Failure> {
+    if let Some(given) = &args.factors {
+        return factors::certify(args, given);
+    }
+    let mut file = read(&args.file, |file| {
+        let walk = &mut file.walk;
+        walk.walks.set_by("--walks", args.walks);
+        walk.seed.set_by("--seed", args.seed);
+        walk.target_error
+            .set_by("--target-error", args.target_error);
+        walk.relative
+            .set_by("--relative", args.relative.then_some(true));
+    })?;
+    let output = args.out.as_deref().map(Format::open).transpose()?;
+    let limit = args.time_limit.map(time_limit).transpose()?;
+    let is_table = |text: &String| {
+        let path = Path::new(text);
+        path.exists()
+            || path
+                .extension()
+                .is_some_and(|e| e.eq_ignore_ascii_case("csv"))
+    };
+    let values = match args.with.as_slice() {
+        [path] if is_table(path) => {
+            let model = file.resolve()?.model;
+            let given = file.given_table(model.model(), Path::new(path))?;
+            file.targets = given.targets;
+            Some((given.values, given.rounding))
+        }
+        _ => None,
+    };
+    let problem = Problem::new(file, limit)?;
+    let (model, settings) = (problem.model(), &problem.resolved.settings);
+    let functions = match values {
+        Some(_) => Vec::new(),
+        None => problem.file.given_formulas(model, &args.with)?,
+    };
+    let functions: Vec<&Field> = functions.iter().map(|own| &**own).collect();
+    let progress = Progress::new(settings.walk_options().walks, signals);
+    progress.say("setting up".to_owned());
+    let targets = problem.resolved.targets.clone();
+    let solver = Solver::with(model, settings.clone(), targets).observer(&progress);
+    let certified = with_threads(args.common.threads, || match &values {
+        Some((values, rounding)) => solver.certify_values(values, *rounding),
+        None => solver.certify_all(&functions),
+    })?;
+    progress.done();
+    let certificate = match certified {
+        Ok(certificate) => certificate,
+        Err(SolveError::Cancelled(_)) => {
+            say("warning: interrupted");
+            return Ok(Ended::Interrupted);
+        }
+        Err(SolveError::Failed(error)) => return Err(Failure::of(&problem.file)(error)),
+        Err(error) => return Err(Failure::run(error)),
+    };
+    let written = match output {
+        Some((format, output)) => Ok(output.finish(format.content(&certificate)?)?),
+        None => Ok(()),
+    };
+    print(if args.common.json {
+        table::json(&certificate)?
+    } else {
+        text(&certificate)
+    })?;
+    for remark in certificate.report.remarks() {
+        say(format_args!("warning: {remark}"));
+    }
+    let stop = certificate.report.stop;
+    crate::solve::say_stop(stop, ": the bands are wider");
+    written.map(|()| match (certificate.verdict, stop) {
+        (Verdict::Wrong, _) => Ended::Disagrees,
+        (_, StopReason::ToleranceNotReached) => Ended::ErrorNotReached,
+        _ => Ended::Done,
+    })
+}
+
+/// The certificate for people: the verdict, what it rests on, and values, of many the worst.
+fn text(certificate: &Certificate) -> String {
+    let unit = certificate
+        .unit
+        .map_or(String::new(), |unit| format!(" {unit}"));
+    let mut text = format!(
+        "{certificate}\n\nwrong for certain: {} of {} values; no error is larger than {}{unit}; root mean square {}, mean {}\n\
+         band: {} % for all values together, {} standard errors\n",
+        certificate.wrong,
+        certificate.compared,
+        short(certificate.bound),
+        short(certificate.root_mean_square),
+        short(certificate.mean),
+        short(100.0 * certificate.level),
+        short(certificate.band_factor)
+    );
+    if certificate.rounding > 0.0 {
+        text += &format!(
+            "given values are rounded to {}, which is no error\n",
+            2.0 * certificate.rounding
+        );
+    }
+    let (targets, others) = certificate.values.split_at(certificate.targets);
+    let all: Vec<&CertifiedValue> = if targets.len() <= ROWS {
+        targets.iter().collect()
+    } else {
+        worst(targets)
+    };
+    let all: Vec<_> = all.into_iter().chain(worst(others)).collect();
+    let mut rows = vec![
+        ["value", "at", "given", "u", "error", "band ±", ""]
+            .map(str::to_owned)
+            .to_vec(),
+    ];
+    rows.extend(all.into_iter().map(row));
+    text += "\n";
+    text + &aligned(&rows)
+}
+
+/// The values whose errors are largest, in their order.
+fn worst(values: &[CertifiedValue]) -> Vec<&CertifiedValue> {
+    const FEW: usize = 10;
+    let size = |value: &CertifiedValue| value.error.map_or(-1.0, f64::abs);
+    let mut order: Vec<usize> = (0..values.len()).collect();
+    order.sort_by(|&a, &b| size(&values[b]).total_cmp(&size(&values[a])));
+    order.truncate(FEW);
+    order.sort_unstable();
+    order.into_iter().map(|i| &values[i]).collect()
+}
+
+/// A line of a table.
+fn row(value: &CertifiedValue) -> Vec<String> {
+    let number = |own: Option<f64>| own.map_or("unknown".to_owned(), |own| format!("{own:.10}"));
+    let mark = if value.is_wrong { "wrong" } else { "" };
+    vec![
+        value.name.clone(),
+        value.place(),
+        number(value.given),
+        with_error(value.estimate.unwrap_or(f64::NAN), value.std_error),
+        value
+            .error
+            .map_or(String::new(), |error| format!("{error:.2e}")),
+        value
+            .band
+            .map_or(String::new(), |band| format!("{band:.1e}")),
+        mark.to_owned(),
+    ]
+}
+
+/// A line of a file.
+#[derive(Serialize)]
+struct Line<'a> {
+    name: &'a str,
+    at: String,
+    given: Option<f64>,
+    estimate: Option<f64>,
+    error: Option<f64>,
+    std_error: Option<f64>,
+    band: Option<f64>,
+    is_wrong: bool,
+}
+
+fn csv(certificate: &Certificate) -> Result<String, Failure> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    for value in &certificate.values {
+        let line = Line {
+            name: &value.name,
+            at: value.place(),
+            given: value.given,
+            estimate: value.estimate,
+            error: value.error,
+            std_error: value.std_error,
+            band: value.band,
+            is_wrong: value.is_wrong,
+        };
+        writer.serialize(line).map_err(Failure::run)?;
+    }
+    let bytes = writer.into_inner().map_err(Failure::run)?;
+    String::from_utf8(bytes).map_err(Failure::run)
+}
+
+/// The errors of points along the only coordinate with their band.
+fn svg(certificate: &Certificate) -> Result<String, Failure> {
+    let abscissa = |value: &CertifiedValue| match &value.at {
+        Some(Coordinates::Many(x)) if x.len() == 1 => x.first().copied(),
+        _ => None,
+    };
+    let point = |value: &CertifiedValue| {
+        Some(GridPoint {
+            at: abscissa(value)?,
+            value: value.error?,
+            std_error: value.band? / QUANTILE,
+            known: f64::NAN,
+            exact: None,
+        })
+    };
+    let mut points: Vec<GridPoint> = certificate.values.iter().filter_map(point).collect();
+    points.sort_by(|a, b| a.at.total_cmp(&b.at));
+    if points.is_empty() {
+        return Err(Failure::input(
+            "`--out`: a picture shows errors along one coordinate: write .csv or .json",
+        ));
+    }
+    let curve = GridCurve {
+        name: "error of the given solution",
+        axis: match certificate.report.problem {
+            "circle" => Axis::Angle,
+            _ => Axis::Coordinate,
+        },
+        points,
+        values: "given minus u",
+        band: "band of all points together",
+        known: "",
+    };
+    table::drawn(curve.draw())
+}
