@@ -60,6 +60,7 @@ mod band;
 mod chain;
 mod replicate;
 mod scores;
+mod sensitivity;
 mod suffixes;
 mod task;
 #[cfg(test)]
@@ -69,4 +70,5 @@ pub use band::{MOST_REPLICATES, Replicated, band_factor, over_replicates};
 pub use chain::Stationary;
 pub use replicate::{Normalisation, Replicate, ReplicateCounts};
 pub use scores::{AdjointImage, AdjointScores, BasisScores, Scores, sum_of};
+pub use sensitivity::{Dependence, Dependences, Sensitivities};
 pub use task::{GLOBAL, GlobalJob, GlobalTask, KEPT_STATES};

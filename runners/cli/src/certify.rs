@@ -4,13 +4,11 @@ mod factors;
 
 use std::path::Path;
 
-use fredholm::numbers::{aligned, short, with_error};
 use fredholm::report::Coordinates;
 use fredholm::{Certificate, CertifiedValue, Field, SolveError, Solver, StopReason, Verdict};
 use fredholm_file::SetByFlag as _;
 use fredholm_file::parts::output::Output;
 use fredholm_plot::{Axis, GridCurve, GridPoint};
-use serde::Serialize;
 
 use crate::args::CertifyArgs;
 use crate::failure::{Ended, Failure, print, say};
@@ -19,8 +17,6 @@ use crate::solve::{Problem, read, time_limit};
 use crate::table;
 use crate::threads::with_threads;
 
-/// Rows of which all are printed; of more the worst ones are.
-const ROWS: usize = 20;
 /// The normal quantile that a picture multiplies standard errors by.
 const QUANTILE: f64 = 1.96;
 
@@ -52,7 +48,7 @@ impl Format {
     fn content(self, certificate: &Certificate) -> Result<String, Failure> {
         match self {
             Self::Json => table::json(certificate),
-            Self::Csv => csv(certificate),
+            Self::Csv => certificate.csv().map_err(Failure::run),
             Self::Svg => svg(certificate),
         }
     }
@@ -122,7 +118,7 @@ pub(crate) fn certify(args: &CertifyArgs, signals: &Signals) -> Result<Ended, Fa
     print(if args.common.json {
         table::json(&certificate)?
     } else {
-        text(&certificate)
+        certificate.table()
     })?;
     for remark in certificate.report.remarks() {
         say(format_args!("warning: {remark}"));
@@ -134,107 +130,6 @@ pub(crate) fn certify(args: &CertifyArgs, signals: &Signals) -> Result<Ended, Fa
         (_, StopReason::ToleranceNotReached) => Ended::ErrorNotReached,
         _ => Ended::Done,
     })
-}
-
-/// The certificate for people: the verdict, what it rests on, and values, of many the worst.
-fn text(certificate: &Certificate) -> String {
-    let unit = certificate
-        .unit
-        .map_or(String::new(), |unit| format!(" {unit}"));
-    let mut text = format!(
-        "{certificate}\n\nwrong for certain: {} of {} values; no error is larger than {}{unit}; root mean square {}, mean {}\n\
-         band: {} % for all values together, {} standard errors\n",
-        certificate.wrong,
-        certificate.compared,
-        short(certificate.bound),
-        short(certificate.root_mean_square),
-        short(certificate.mean),
-        short(100.0 * certificate.level),
-        short(certificate.band_factor)
-    );
-    if certificate.rounding > 0.0 {
-        text += &format!(
-            "given values are rounded to {}, which is no error\n",
-            2.0 * certificate.rounding
-        );
-    }
-    let (targets, others) = certificate.values.split_at(certificate.targets);
-    let all: Vec<&CertifiedValue> = if targets.len() <= ROWS {
-        targets.iter().collect()
-    } else {
-        worst(targets)
-    };
-    let all: Vec<_> = all.into_iter().chain(worst(others)).collect();
-    let mut rows = vec![
-        ["value", "at", "given", "u", "error", "band ±", ""]
-            .map(str::to_owned)
-            .to_vec(),
-    ];
-    rows.extend(all.into_iter().map(row));
-    text += "\n";
-    text + &aligned(&rows)
-}
-
-/// The values whose errors are largest, in their order.
-fn worst(values: &[CertifiedValue]) -> Vec<&CertifiedValue> {
-    const FEW: usize = 10;
-    let size = |value: &CertifiedValue| value.error.map_or(-1.0, f64::abs);
-    let mut order: Vec<usize> = (0..values.len()).collect();
-    order.sort_by(|&a, &b| size(&values[b]).total_cmp(&size(&values[a])));
-    order.truncate(FEW);
-    order.sort_unstable();
-    order.into_iter().map(|i| &values[i]).collect()
-}
-
-/// A line of a table.
-fn row(value: &CertifiedValue) -> Vec<String> {
-    let number = |own: Option<f64>| own.map_or("unknown".to_owned(), |own| format!("{own:.10}"));
-    let mark = if value.is_wrong { "wrong" } else { "" };
-    vec![
-        value.name.clone(),
-        value.place(),
-        number(value.given),
-        with_error(value.estimate.unwrap_or(f64::NAN), value.std_error),
-        value
-            .error
-            .map_or(String::new(), |error| format!("{error:.2e}")),
-        value
-            .band
-            .map_or(String::new(), |band| format!("{band:.1e}")),
-        mark.to_owned(),
-    ]
-}
-
-/// A line of a file.
-#[derive(Serialize)]
-struct Line<'a> {
-    name: &'a str,
-    at: String,
-    given: Option<f64>,
-    estimate: Option<f64>,
-    error: Option<f64>,
-    std_error: Option<f64>,
-    band: Option<f64>,
-    is_wrong: bool,
-}
-
-fn csv(certificate: &Certificate) -> Result<String, Failure> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    for value in &certificate.values {
-        let line = Line {
-            name: &value.name,
-            at: value.place(),
-            given: value.given,
-            estimate: value.estimate,
-            error: value.error,
-            std_error: value.std_error,
-            band: value.band,
-            is_wrong: value.is_wrong,
-        };
-        writer.serialize(line).map_err(Failure::run)?;
-    }
-    let bytes = writer.into_inner().map_err(Failure::run)?;
-    String::from_utf8(bytes).map_err(Failure::run)
 }
 
 /// The errors of points along the only coordinate with their band.
@@ -260,7 +155,7 @@ fn svg(certificate: &Certificate) -> Result<String, Failure> {
         ));
     }
     let curve = GridCurve {
-        name: "error of the given solution",
+        name: "error of the given solution, with the band of all points",
         axis: match certificate.report.problem {
             "circle" => Axis::Angle,
             _ => Axis::Coordinate,
@@ -270,5 +165,5 @@ fn svg(certificate: &Certificate) -> Result<String, Failure> {
         band: "band of all points together",
         known: "",
     };
-    table::drawn(curve.draw())
+    table::drawn(curve.draw_differences())
 }

@@ -20,6 +20,7 @@ mod model;
 pub mod numbers;
 mod options;
 pub mod pairs;
+mod quantity;
 mod question;
 pub mod resolvent;
 mod saved;
@@ -42,6 +43,7 @@ pub use model::{
     Deterministic, Model, NO_ITERATION, Partitioned, Prepared, Request, System, Then, WithJob,
 };
 pub use options::{Choice, Choices, Method, Pairs, Scalar, Sequence};
+pub use quantity::{Dependent, Quantity};
 pub use saved::{SavedSystem, SystemOf};
 pub use settings::{Discretisation, Settings, WalkOptions};
 pub use spot::{BLANK, Beside, Spot, SpotWalks, WriteSpot, picture_is_biased, spots};

@@ -1,6 +1,7 @@
 //! Three stages of a solution: a model, its cells, its solved system. All are object safe.
 
 use fredholm_core::galerkin::Convergence;
+use fredholm_core::global::GlobalJob;
 use fredholm_core::{Job, Statistics};
 use fredholm_embedded::TableBuilder;
 use serde::Serialize;
@@ -8,6 +9,7 @@ use serde::Serialize;
 use crate::examined::Examined;
 use crate::heat::RadiativeExchange;
 use crate::last_step::LastSteps;
+use crate::quantity::{Dependent, Quantity};
 use crate::question::{ResolventFound, ResolventQuestion};
 
 use crate::cost::{Cost, PointwisePairs};
@@ -253,6 +255,14 @@ pub trait Model: Send + Sync {
     /// The exponent r where nothing but the degree limits it.
     fn smooth_order(&self, degree: usize) -> f64 {
         (degree + 1) as f64 / self.about().dimension.unwrap_or(1) as f64
+    }
+
+    /// The quantities on which u depends, such as the reflectance of every surface, of which walks tell the derivatives of goals.
+    fn quantities(&self) -> Vec<Quantity> {
+        let surfaces = self.exchange().filter(|_| self.channels().is_empty());
+        surfaces.map_or(Vec::new(), |surfaces| {
+            Dependent::new(surfaces, &|surface| self.part(surface)).quantities
+        })
     }
 
     /// What was wrong with the functions of the equation, if that caused this error of a run that has just ended.
@@ -569,8 +579,9 @@ pub struct Request<'a> {
 /// A function that is called with prepared walks.
 pub type Then<'a> = dyn FnMut(&Prepared<'_>) -> Result<(), Error> + 'a;
 
-/// Callback that gets a job and (v, Φ) of each goal.
-pub type WithJob<'a> = dyn FnMut(&dyn Job, &[f64]) -> Result<(), Error> + 'a;
+/// Callback that gets a job, (v, Φ) of each goal, and the walks that tell on what the goals depend.
+pub type WithJob<'a> =
+    dyn FnMut(&dyn Job, &[f64], Option<&dyn GlobalJob>) -> Result<(), Error> + 'a;
 
 /// Walks that are ready to run.
 #[derive(Clone, Copy)]
@@ -589,6 +600,9 @@ pub struct Prepared<'a> {
     pub pointwise: PointwisePairs,
     /// The spectral radius of T_h²p, or a bound of it, if it was looked at.
     pub neighbour_second_moment_radius: Option<f64>,
+    /// The walks that tell how the goals depend on the [quantities](Model::quantities), and on irradiances and net fluxes behind them, if there
+    /// are some.
+    pub sensitivities: Option<&'a dyn GlobalJob>,
 }
 
 impl core::fmt::Debug for Prepared<'_> {
@@ -617,6 +631,7 @@ impl<'a> Prepared<'a> {
             convergence: NO_ITERATION,
             pointwise: PointwisePairs::default(),
             neighbour_second_moment_radius: None,
+            sensitivities: None,
         }
     }
 }

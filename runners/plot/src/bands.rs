@@ -100,6 +100,14 @@ impl GridCurve<'_> {
         Ok(Figure::stacked(vec![values, added]))
     }
 
+    /// The values alone with their band, where they are differences from something: the ordinate has their name.
+    ///
+    /// # Errors
+    /// [`Error::NothingToDraw`], where no point is finite.
+    pub fn draw_differences(&self) -> Result<Figure, Error> {
+        self.figure(self.name, Some(self.values), |_| 0.0)
+    }
+
     /// Whether the band is nowhere wider than the line of the values.
     fn has_invisible_band(&self) -> bool {
         let points = finite(self.points.iter().map(|p| (p.at, p.value, p.std_error)));

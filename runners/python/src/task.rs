@@ -6,7 +6,9 @@ use std::sync::{Arc, OnceLock};
 use fredholm::choice::Chosen;
 use fredholm::model::Model;
 use fredholm::resolvent::ResolventAnswer;
-use fredholm::{Ask, Choices as _, Method, Region, SolveError, Solver, Target, WeightFn};
+use fredholm::{
+    Ask, Choices as _, Field as Function, Method, Region, SolveError, Solver, Target, WeightFn,
+};
 use fredholm_factors::{Factors, FactorsError, Sights};
 use fredholm_file::kinds::{Cube, Room};
 use fredholm_file::{Placed, ProblemFile, Resolved, What};
@@ -310,6 +312,37 @@ impl Task {
         })
     }
 
+    /// Compares a solution with u: formulas, a function of a point, or values of the targets. The certificate as JSON and as a table.
+    #[pyo3(signature = (formulas, function, values, options))]
+    fn certify(
+        &self,
+        formulas: Vec<String>,
+        function: Option<Py<PyAny>>,
+        values: Vec<f64>,
+        options: &Bound<'_, PyDict>,
+    ) -> PyResult<(String, String)> {
+        let py = options.py();
+        let watch = Arc::new(Watch::default());
+        let opened = self.open(options, &watch)?;
+        let solver = self.solver(&opened, &watch);
+        let given = opened.file.given_formulas(opened.model(), &formulas);
+        let mut functions = given.map_err(|error| of_input(py, &error))?;
+        if let Some(function) = function {
+            let raised = Arc::clone(&opened.raised);
+            functions.push(Box::new(move |x: &[f64]| {
+                Python::attach(|py| value_at(py, &function, x, ("solution", &raised)))
+            }));
+        }
+        let functions: Vec<&Function> = functions.iter().map(|own| &**own).collect();
+        let work = || match values.is_empty() {
+            true => solver.certify_all(&functions),
+            false => solver.certify_values(&values, 0.0),
+        };
+        let certificate = opened.done(py, self.threads(options)?, &watch, work)?;
+        let certificate = certificate.map_err(|error| of_solve(py, &error, &opened.file))?;
+        Ok((json_of(py, &certificate)?, certificate.table()))
+    }
+
     /// Form factors between the surfaces of a room: their names, and all rows one after the other.
     fn factors(&self, options: &Bound<'_, PyDict>) -> PyResult<(Vec<String>, Vec<f64>)> {
         let py = options.py();
@@ -432,7 +465,8 @@ impl Task {
         let raised = Arc::default();
         for (name, weight) in &self.weights {
             let (weight, raised) = (weight.clone_ref(py), Arc::clone(&raised));
-            let value = move |x: &[f64]| Python::attach(|py| weight_at(py, &weight, x, &raised));
+            let value =
+                move |x: &[f64]| Python::attach(|py| value_at(py, &weight, x, ("weight", &raised)));
             resolved.targets.push(Target {
                 name: name.clone(),
                 ask: Ask::One(Region::Function(WeightFn::new(value))),
@@ -488,9 +522,14 @@ fn nothing(file: &ProblemFile) -> fredholm_file::Target {
     }
 }
 
-/// The value of a weight at a point; not a number if it raises, which ends the set-up.
-fn weight_at(py: Python<'_>, weight: &Py<PyAny>, x: &[f64], raised: &OnceLock<PyErr>) -> f64 {
-    let value = point(py, x).and_then(|x| number(&weight.bind(py).call1((x,))?, "weight"));
+/// The value of a function of this name at a point; not a number if it raises, which ends the set-up.
+fn value_at(
+    py: Python<'_>,
+    function: &Py<PyAny>,
+    x: &[f64],
+    (name, raised): (&str, &OnceLock<PyErr>),
+) -> f64 {
+    let value = point(py, x).and_then(|x| number(&function.bind(py).call1((x,))?, name));
     value.unwrap_or_else(|error| {
         let _ = raised.set(error);
         f64::NAN

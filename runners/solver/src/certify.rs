@@ -1,5 +1,7 @@
 //! How wrong a solution is that somebody else has found.
 
+mod text;
+
 use core::fmt::{self, Display};
 
 use fredholm_model::numbers::{short, simultaneous, sum, with_error};
@@ -64,7 +66,7 @@ pub struct Certificate {
     pub root_mean_square: f64,
     /// The probability with which the bands hold together.
     pub level: f64,
-    /// The number of standard errors that a band is wide on each side.
+    /// The number of standard errors that a band is wide on each side; more where an error bar is that of few replicates.
     pub band_factor: f64,
     /// By how much rounding may have moved the given values, in the unit of u.
     pub rounding: f64,
@@ -164,20 +166,26 @@ impl Certificate {
         let mut values: Vec<CertifiedValue> = values.collect();
         let compared = values.iter().filter(|value| value.error.is_some()).count();
         let whole = report.whole.as_ref();
-        let replicates = report.goals.iter().filter_map(|goal| goal.replicates).min();
-        let replicates = whole
-            .map(|whole| whole.summary.replicates as u32)
-            .or(replicates);
-        let freedom = replicates.map(|count| f64::from(count) - 1.0);
-        // The band of a global estimate is that of points, and not of others.
-        let sidak = simultaneous(LEVEL, compared, freedom);
+        // The band of a global estimate is that of points, and not of others. Of few replicates a band is wider.
+        let replicates = whole.map(|whole| whole.summary.replicates as u32);
+        let of = |count, replicates: Option<u32>| {
+            let freedom = replicates.map(|count| f64::from(count.max(2)) - 1.0);
+            simultaneous(LEVEL, count, freedom)
+        };
         let factor = whole.and_then(|whole| whole.summary.band_factor);
-        let factor = factor.map_or(sidak, |factor| {
-            factor.max(simultaneous(LEVEL, targets, freedom))
-        });
+        let own = factor.map(|factor| factor.max(of(targets, replicates)));
+        let factor = own.unwrap_or_else(|| of(compared, None));
         // What the scores of a global estimate do not see is in no error bar.
         let unseen = whole.map_or(0.0, |whole| whole.summary.truncation);
-        for value in &mut values {
+        for (value, goal) in values.iter_mut().zip(&report.goals) {
+            let sampled = goal
+                .preconditioned
+                .std_error
+                .filter(|own| Some(*own) == value.std_error);
+            let replicates = goal
+                .replicates
+                .filter(|_| sampled.is_some() && own.is_none());
+            let factor = replicates.map_or(factor, |count| of(compared, Some(count)));
             value.band = value.std_error.map(|error| factor * error + unseen);
             let difference = value.difference();
             value.is_wrong = difference.is_some_and(|[error, band]| error.abs() > band + rounding);

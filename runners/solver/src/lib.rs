@@ -17,6 +17,7 @@ mod kinds;
 mod manual;
 mod point;
 pub mod report;
+mod sensitivities;
 mod solver;
 pub mod sweep;
 pub mod systems;
@@ -44,13 +45,14 @@ pub use execute::Execute;
 pub use fredholm_core::{Absorption, Estimator, Form, StopReason, Tolerance};
 pub use fredholm_model::{
     Ask, Choice, Choices, Discretisation, EquationError, Error, Field, Goal, MeshCell, Method,
-    Model, Pairs, Partitioned, Region, Scalar, Sequence, Settings, Subject, System, Target,
-    WalkOptions, WeightFn, goals,
+    Model, Pairs, Partitioned, Quantity, Region, Scalar, Sequence, Settings, Subject, System,
+    Target, WalkOptions, WeightFn, goals,
 };
 pub use fredholm_rayon::Observer;
 pub use point::Point;
 pub use report::Report;
 pub use room::RoomModel;
 pub use scene::SceneModel;
+pub use sensitivities::{Sensitivities, Sensitivity};
 pub use solver::{SolveError, Solver, asked_way_back};
 pub use whole::{GlobalCoefficients, GlobalEstimate, GlobalSummary, GlobalValue};

@@ -449,7 +449,7 @@ impl<'m> Solver<'m> {
     }
 
     /// What was wrong with the functions of the equation, if that caused an error.
-    fn explained<T>(&self, result: Result<T, SolveError>) -> Result<T, SolveError> {
+    pub(crate) fn explained<T>(&self, result: Result<T, SolveError>) -> Result<T, SolveError> {
         result.map_err(|error| match error {
             SolveError::Failed(error) => SolveError::Failed(self.model.explain(error)),
             error => error,

@@ -15,6 +15,9 @@ use crate::{file, table};
 /// What rounding leaves of an exact factor, where no obstacle has an error of its own.
 const ROUNDING: f64 = 1e-12;
 
+/// Pairs that are printed.
+const FEW: usize = 10;
+
 /// Given form factors beside exact ones.
 #[derive(Serialize)]
 struct Compared {
@@ -152,7 +155,7 @@ impl Compared {
             ]);
         }
         let mut text = verdict + &aligned(&rows);
-        let wrong = self.worst.iter().take(self.wrong.min(super::ROWS / 2));
+        let wrong = self.worst.iter().take(self.wrong.min(FEW));
         let line = |pair: &Pair| {
             let numbers = [pair.given, pair.exact].map(|own| format!("{own:.9}"));
             let [given, exact] = numbers;

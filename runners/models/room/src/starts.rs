@@ -1,12 +1,13 @@
 //! Where walks start, and what is known there.
 
+use fredholm_core::global::{Dependence, Sensitivities};
 use fredholm_core::{
     At, Equation, Functional, Goal, Goals, LastStep, Lights as _, NoDraws, Real, StartOf, Uniforms,
     Value,
 };
 use fredholm_model::channels::{self, with_sum};
 use fredholm_model::heat::{RadiativeExchange as _, certain};
-use fredholm_model::{Error, Region, Request, WithJob};
+use fredholm_model::{Dependent, Error, Model as _, Region, Request, WithJob};
 use fredholm_room::{Grey, Irradiance, Point, Room, Seen, Tint, Wide};
 
 use crate::RoomModel;
@@ -57,7 +58,20 @@ impl RoomModel {
         let walked = LastStep(equation);
         let job = Goals::new(&walked, &*follow.neighbour, &goals, request.walk.for_core());
         let known = certain(self, self.colours(), request.goals);
-        then(&job.with_sum(weights).with_certain(&known), &galerkin)
+        let job = job.with_sum(weights).with_certain(&known);
+        // A last step to the light is no walk of u itself.
+        if self.colours().is_some() || request.walk.last_step {
+            return then(&job, &galerkin, None);
+        }
+        let dependent = Dependent::new(self, &|surface| self.part(surface));
+        let of = |x: &Point<F>, _: usize, each: &mut dyn FnMut(Dependence)| {
+            if let Some(place) = self.scene.place(x.wall()) {
+                let own = dependent.of_part(place.surface, place.vertex);
+                own.iter().copied().for_each(each);
+            }
+        };
+        let sensitivities = Sensitivities::new(&job, dependent.quantities.len(), &of);
+        then(&job, &galerkin, Some(&sensitivities))
     }
 
     /// Where the walks of a goal start.

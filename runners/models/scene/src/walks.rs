@@ -1,5 +1,6 @@
 //! The walks of a scene: what is asked for, and what is known of it beforehand.
 
+use fredholm_core::global::{Dependence, GlobalJob, Sensitivities};
 use fredholm_core::{
     At, Equation as _, Functional as _, Generators as _, Goal, Goals, Real, RngUniforms, Sobol,
     SobolPoint, Start, Value, WalkNumber, WalkSeeds,
@@ -8,8 +9,8 @@ use fredholm_model::channels::{self, with_sum};
 use fredholm_model::cost::PointwisePairs;
 use fredholm_model::heat::{RadiativeExchange as _, certain};
 use fredholm_model::numbers::largest;
-use fredholm_model::{Error, Prepared, Region, Request, Then};
-use fredholm_scene::{Sources, Tint, Wide};
+use fredholm_model::{Dependent, Error, Model as _, Prepared, Region, Request, Then};
+use fredholm_scene::{Point, Sources, Tint, Wide};
 
 use crate::partition::{Cut, Walked};
 use crate::places::{Origin, Place};
@@ -107,6 +108,20 @@ impl Cut<'_> {
         let (Some(system), Some(tables)) = (solved, &tables) else {
             return then(&Prepared::plain(&job, &galerkin));
         };
+        let dependent = match model.colours() {
+            None if model.adjoint.is_none() && !request.walk.last_step => {
+                Some(Dependent::new(model, &|surface| model.part(surface)))
+            }
+            _ => None,
+        };
+        let of = |x: &Point<F>, _: usize, each: &mut dyn FnMut(Dependence)| {
+            let surface = model.scene.place(x.face as usize);
+            let own = surface.zip(dependent.as_ref());
+            let own = own.map_or(&[][..], |(place, own)| own.of_part(place.surface, 0));
+            own.iter().copied().for_each(each);
+        };
+        let quantities = dependent.as_ref().map_or(0, |own| own.quantities.len());
+        let sensitivities = Sensitivities::new(&job, quantities, &of);
         let power = model.adjoint.as_ref().map_or(1.0, |adjoint| adjoint.power);
         then(&Prepared {
             job: &job,
@@ -116,6 +131,7 @@ impl Cut<'_> {
             convergence: system.solution.convergence(),
             pointwise: PointwisePairs::default(),
             neighbour_second_moment_radius: None,
+            sensitivities: dependent.as_ref().map(|_| &sensitivities as &dyn GlobalJob),
         })
     }
 

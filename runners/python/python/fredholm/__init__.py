@@ -25,7 +25,7 @@ from .errors import (
     TooLongError,
 )
 from .problems import Channels, Circle, Cube, Problem, Room, Sphere, System, Tube, factors, load
-from .result import Diagnosis, Factors, Field, Prediction, Result, Sweep, Value
+from .result import Certificate, Diagnosis, Factors, Field, Prediction, Result, Sweep, Value
 
 __version__ = "0.1.0"
 
@@ -34,6 +34,7 @@ __all__ = [
     "Circle",
     "ConvergenceError",
     "Cube",
+    "Certificate",
     "Diagnosis",
     "Factors",
     "Field",

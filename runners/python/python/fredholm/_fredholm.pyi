@@ -43,6 +43,13 @@ class Task:
         points: list[list[float]],
         options: dict[str, Any],
     ) -> Field: ...
+    def certify(
+        self,
+        formulas: list[str],
+        function: Optional[Callable[..., float]],
+        values: list[float],
+        options: dict[str, Any],
+    ) -> tuple[str, str]: ...
     def factors(self, options: dict[str, Any]) -> tuple[list[str], list[float]]: ...
 
 def is_scene(path: str) -> bool: ...

@@ -15,7 +15,7 @@ import numpy as np
 from . import _fredholm
 from .errors import InputError, Interrupted, NotReachedError, ReportWarning, complex_error
 from .functions import Function, compiled_functions
-from .result import Diagnosis, Factors, Field, Prediction, Result, Sweep
+from .result import Certificate, Diagnosis, Factors, Field, Prediction, Result, Sweep
 
 __all__ = ["Circle", "Cube", "Problem", "Room", "Sphere", "System", "factors", "load"]
 
@@ -603,6 +603,59 @@ class Problem:
             np.array(found.iterates),
             json.loads(found.summary),
         )
+
+    def certify(
+        self,
+        solution: Union[str, Callable[..., float], Sequence[Any], np.ndarray],
+        *,
+        at: Optional[Places] = None,
+        mean: bool = False,
+        **options: Any,
+    ) -> Certificate:
+        """How wrong a solution is that somebody else has found: its errors, with a band that holds for all of them together.
+
+        Parameters
+        ----------
+        solution : str, list of str, callable or array
+            A formula, or one for each channel or component; a function of a point; or values, one for each target in their order, of a
+            system those of all components of a point next to each other.
+        at, mean
+            Where it is compared, as in :meth:`solve`. Formulas and functions are compared at some 256 points all over the space, too.
+        **options
+            Targets and settings as in :meth:`solve`: ``target_error`` says how exact u is.
+
+        Examples
+        --------
+        >>> import fredholm
+        >>> u = fredholm.Cube("0.5 * x * y", "x")  # the solution is 6x/5
+        >>> u.certify("1.2 * x").is_right
+        True
+        >>> wrong = u.certify([0.3, 0.61], at=[0.25, 0.5])
+        >>> wrong.is_right, round(float(wrong.errors[1]), 6)
+        (False, 0.01)
+        """
+        formulas: list[str] = []
+        values: list[float] = []
+        function = None
+        if isinstance(solution, str):
+            formulas = [solution]
+        elif callable(solution):
+            function = solution
+        elif _is_list(solution) and len(solution) > 0 and all(isinstance(one, str) for one in solution):
+            formulas = list(solution)
+        else:
+            numbers = np.asarray(solution)
+            if np.iscomplexobj(numbers):
+                raise complex_error("solution")
+            try:
+                values = [float(x) for x in numbers.astype(float).ravel()]
+            except (TypeError, ValueError):
+                raise InputError(f"solution = {solution!r}: it must be a formula, a function of a point, or numbers") from None
+            if not values:
+                raise InputError("solution: there are no values")
+        targets, settings = self._split(at, mean, options)
+        report, table = self._task(targets).certify(formulas, function, values, settings)
+        return Certificate(report, table)
 
     def factors(self) -> Factors:
         """Form factors between the surfaces of a room."""

@@ -285,6 +285,44 @@ class Diagnosis(_Report):
         return {t["name"]: _number(t["preconditioned"]) for t in self._raw["targets"]}
 
 
+class Certificate(_Report):
+    """How wrong a given solution is, with error bars.
+
+    ``bool(certificate)`` is whether it is right to within the band.
+    """
+
+    @property
+    def is_right(self) -> bool:
+        """Whether no value is farther from u than its band."""
+        return bool(self._raw["verdict"] == "right")
+
+    def __bool__(self) -> bool:
+        return self.is_right
+
+    @property
+    def errors(self) -> Array:
+        """The given values minus u, targets first; NaN where nothing was compared."""
+        return self._column("error")
+
+    @property
+    def std_errors(self) -> Array:
+        """The standard errors of these."""
+        return self._column("std_error")
+
+    @property
+    def bands(self) -> Array:
+        """Half of the widths of the bands, which hold for all values together with probability 95 %."""
+        return self._column("band")
+
+    @property
+    def bound(self) -> float:
+        """With that probability no error is larger."""
+        return float(self._raw["bound"])
+
+    def _column(self, name: str) -> Array:
+        return np.array([_number(value[name]) for value in self._raw["values"]])
+
+
 class Sweep(_Report):
     """How the standard deviation of the mean falls with the number of cells."""
 
