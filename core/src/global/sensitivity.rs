@@ -11,38 +11,39 @@ use crate::{
 /// The states of a walk that are kept at a time; a longer walk is followed once more for every further so many of them.
 const KEPT: usize = 64;
 
-/// What a state has to do with a quantity λ of the equation: there F is larger by `source` dλ and k by `kernel` dλ of itself.
+/// What a point x has to do with a quantity λ of the equation: the derivative u' = ∂u/∂λ solves u' = T u' + `source` + `of_u` u there.
 ///
 /// ```
 /// use fredholm_core::global::Dependence;
 ///
-/// // The reflectance ½ of a wall: k = ρ grows by dρ/ρ of itself.
-/// let reflectance = Dependence { quantity: 0, source: 0.0, kernel: 2.0 };
-/// assert_eq!(reflectance.kernel * 0.5, 1.0);
+/// // The reflectance ρ = ½ of a wall that emits E = 3: u = ρ H + E with the irradiance H = (u − E)/ρ, by which u grows.
+/// let reflectance = Dependence { quantity: 0, source: -6.0, of_u: 2.0 };
+/// let u = 5.0;
+/// assert_eq!(reflectance.source + reflectance.of_u * u, (u - 3.0) / 0.5);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dependence {
     /// The number of the quantity.
     pub quantity: usize,
-    /// ∂F/∂λ at the point.
+    /// The part of ∂F/∂λ + (∂T/∂λ) u at the point that does not depend on u.
     pub source: f64,
-    /// ∂ log k(x, y)/∂λ, the same for all y.
-    pub kernel: f64,
+    /// The number that u at the point itself is multiplied by in the rest of it.
+    pub of_u: f64,
 }
 
 /// Hands on the dependences of a point in a channel.
 pub type Dependences<'a, P> = dyn Fn(&P, usize, &mut dyn FnMut(Dependence)) + Sync + 'a;
 
-/// The derivatives of functionals with respect to quantities λ on which F(x) and k(x, ·) depend at some points x.
+/// The derivatives of functionals with respect to quantities λ that F(x) and k(x, ·) depend on at some points x, and k(x, ·) as a whole.
 ///
-/// With T' = ∂T_k/∂λ and F' = ∂F/∂λ the derivative of u solves u' = T u' + T' u + F', so that
+/// The derivative of u solves u' = T u' + s + c u, where s(x) + c(x) u(x) = ∂F/∂λ + (∂T/∂λ) u. So
 ///
 /// ```text
-/// ∂(u, Φ)/∂λ = (F' + c T u, u*) = E φ Σ_l W_l (F'(x_l) + c(x_l) (u − F)(x_l)),      c = ∂ log k/∂λ,
+/// ∂(u, Φ)/∂λ = (s + c u, u*) = E φ Σ_l W_l (s(x_l) + c(x_l) u(x_l)),
 /// ```
 ///
 /// where u* solves the adjoint equation and W_l is the weight of a walk from Φ in its l-th state: a walk passes all that could change its
-/// functional. Given that state, the rest of the walk estimates u − F there, with v as control variate: û = v(x_l) + D_l, where
+/// functional. Given that state, the rest of the walk estimates u there, with v as control variate: û = v(x_l) + D_l, where
 /// D_l is the difference of what both equations score on the suffix. So every state of every walk scores on the quantities that its point has to do
 /// with, and on no others: derivatives with respect to a thousand take hardly longer than those with respect to one.
 ///
@@ -77,8 +78,8 @@ pub type Dependences<'a, P> = dyn Fn(&P, usize, &mut dyn FnMut(Dependence)) + Sy
 /// let (none, goals) = (NoNeighbour::new(&Half), [Goal::new(At(0.5), Some(0.0))]);
 /// let walks = Goals::new(&Half, &none, &goals, WalkOptions::default());
 /// let both = |_: &f64, _: usize, each: &mut dyn FnMut(Dependence)| {
-///     each(Dependence { quantity: 0, source: 0.0, kernel: 2.0 });
-///     each(Dependence { quantity: 1, source: 1.0, kernel: 0.0 });
+///     each(Dependence { quantity: 0, source: -1.5, of_u: 2.0 });
+///     each(Dependence { quantity: 1, source: 1.0, of_u: 0.0 });
 /// };
 /// let job = Sensitivities::new(&walks, 2, &both);
 /// let mut means = [[0.0; 16]; 2];
@@ -129,7 +130,7 @@ impl<'a, E: Equation, N: ?Sized, T, G> Sensitivities<'a, E, N, T, G> {
 struct Passed<P, V, W> {
     x: Located<P>,
     weight: V,
-    /// W (v − F) in the state, less all that scored before it.
+    /// W v in the state, less all that scored before it.
     own: W,
 }
 
@@ -166,7 +167,7 @@ impl<E: Equation, N: NeighbourOf<E> + ?Sized> Visitor<E::Point, E::Scalar, E::Va
             *state = Passed {
                 x: self.x,
                 weight: weights.equation,
-                own: weight.times(&v).minus(&source).minus(&self.score),
+                own: weight.times(&v).minus(&self.score),
             };
             self.kept += 1;
         }
@@ -255,7 +256,7 @@ where
                     let weight = crate::Real::to_f64(state.weight.get(channel));
                     let mut add = |on: Dependence| {
                         if let Some(sum) = sums.get_mut(from + on.quantity) {
-                            *sum += phi * (on.source * weight + on.kernel * rest.get(channel));
+                            *sum += phi * (on.source * weight + on.of_u * rest.get(channel));
                         }
                     };
                     (self.dependences)(&state.x.point, channel, &mut add);

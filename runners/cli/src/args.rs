@@ -492,6 +492,9 @@ pub(crate) struct SolveArgs {
     /// Floating-point type of the walks
     #[arg(long, value_parser = choices::<Scalar>())]
     pub(crate) scalar: Option<Scalar>,
+    /// Say how every target depends on reflectances, emissions and temperatures of surfaces, and on the parameters of formulas
+    #[arg(long, conflicts_with_all = ["global", "part"])]
+    pub(crate) sensitivities: bool,
     /// Seed of the walks
     #[arg(long, value_name = "S", value_parser = count::<u64>)]
     pub(crate) seed: Option<u64>,

@@ -70,6 +70,8 @@ fn replace(file: &mut ProblemFile, args: &SolveArgs) {
     walk.adjoint.set_by("--adjoint", args.adjoint);
     walk.scalar.set_by("--scalar", args.scalar);
     walk.seed.set_by("--seed", args.seed);
+    walk.sensitivities
+        .set_by("--sensitivities", args.sensitivities.then_some(true));
     walk.target_error
         .set_by("--target-error", args.target_error);
     walk.relative
@@ -327,7 +329,28 @@ fn answer(
         Some(keeper) => solver.execute(keeper),
         None => solver,
     };
-    let solved = solver.observer(&progress).solve();
+    let solver = solver.observer(&progress);
+    let asks = problem.file.walk.sensitivities.value;
+    let refuse = |error| match error {
+        SolveError::Failed(error) => problem.file.refuse_sensitivities(&error).into(),
+        error => Failure::run(error),
+    };
+    if asks {
+        solver.check_sensitivities().map_err(refuse)?;
+    }
+    let mut solved = solver.solve();
+    if let (true, Ok(report)) = (asks, &mut solved) {
+        progress.say("walking for sensitivities".to_owned());
+        match solver.sensitivities() {
+            Ok(found) => report.sensitivities = Some(found),
+            Err(SolveError::Cancelled(_)) => {
+                let report = core::mem::replace(&mut solved, Err(SolveError::Cancelled(None)));
+                solved =
+                    report.and_then(|report| Err(SolveError::Cancelled(Some(Box::new(report)))));
+            }
+            Err(error) => return Err(refuse(error)),
+        }
+    }
     progress.done();
     Ok(match solved {
         Ok(report) => Some((report, Ended::Done)),

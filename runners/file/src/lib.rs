@@ -101,6 +101,8 @@ pub struct Walk {
     pub last_step: Option<Placed<bool>>,
     /// Whether walks go from the sources to the receivers.
     pub adjoint: Option<Placed<bool>>,
+    /// Whether the derivatives of the targets are wanted, too.
+    pub sensitivities: Placed<bool>,
     /// The floating-point type of the walks.
     pub scalar: Placed<Scalar>,
     /// The seed of the random numbers.
@@ -254,6 +256,7 @@ fn read_walk(mut section: Section<'_, '_>) -> Result<Walk, InputError> {
         forced_steps: section.read_or("forced_steps", Field::integer, 0)?,
         last_step: section.read("last_step", Field::boolean)?,
         adjoint: section.read("adjoint", Field::boolean)?,
+        sensitivities: section.read_or("sensitivities", Field::boolean, false)?,
         scalar: section.read_or("scalar", Field::word, Scalar::F64)?,
         seed: section.read_or("seed", Field::integer, 1)?,
         batch: section.read_or("batch", Field::integer, 4096)?,

@@ -40,7 +40,8 @@ pub use global::{
 pub use goal::{Ask, Field, Goal, Region, Target, WeightFn, goals};
 pub use last_step::LastSteps;
 pub use model::{
-    Deterministic, Model, NO_ITERATION, Partitioned, Prepared, Request, System, Then, WithJob,
+    Deterministic, Differentiated, Model, NO_ITERATION, Partitioned, Prepared, Request, System,
+    Then, WithJob,
 };
 pub use options::{Choice, Choices, Method, Pairs, Scalar, Sequence};
 pub use quantity::{Dependent, Quantity};

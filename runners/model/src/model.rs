@@ -265,6 +265,17 @@ pub trait Model: Send + Sync {
         })
     }
 
+    /// This equation as one together with those of its derivatives by all [quantities](Self::quantities), and the goals there that are the
+    /// derivatives of these goals: of each those by all quantities. `None`: walks of the equation itself tell them
+    /// ([`Prepared::sensitivities`]).
+    ///
+    /// # Errors
+    /// [`Error::Option`]: something has no derivative.
+    fn with_derivatives(&self, goals: &[Goal]) -> Result<Option<Differentiated<'_>>, Error> {
+        let _ = goals;
+        Ok(None)
+    }
+
     /// What was wrong with the functions of the equation, if that caused this error of a run that has just ended.
     fn explain(&self, error: Error) -> Error {
         error
@@ -292,6 +303,9 @@ pub trait Model: Send + Sync {
             .map_or(0, |surfaces| surfaces.besides(goals))
     }
 }
+
+/// An equation together with those of its derivatives, and goals that are derivatives.
+pub type Differentiated<'m> = (Box<dyn Model + 'm>, Vec<Goal>);
 
 /// A deterministic solution.
 #[derive(Clone, Copy, Debug, Serialize)]

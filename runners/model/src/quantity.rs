@@ -30,7 +30,7 @@ pub struct Quantity {
     pub unit: Option<&'static str>,
 }
 
-/// What a wall or a face depends on: a word, its value and unit, ∂F and ∂ log ρ.
+/// What a wall or a face depends on: a word, its value and unit, and what u' gains there and times u.
 type Own = (&'static str, f64, Option<&'static str>, [f64; 2]);
 
 /// The quantities of a wall or a face. Of a black one its reflectance is none: walks end there, and tell nothing of what arrives.
@@ -38,7 +38,8 @@ fn of_element(element: &Element, is_heat: bool) -> Vec<Own> {
     let (reflectance, emission) = (element.material.reflectance, element.material.emission);
     let emissivity = 1.0 - reflectance;
     if !is_heat {
-        let own = ("reflectance", reflectance, None, [0.0, 1.0 / reflectance]);
+        let own = [-emission / reflectance, 1.0 / reflectance];
+        let own = ("reflectance", reflectance, None, own);
         let own = (reflectance > 0.0).then_some(own);
         let emission = ("emission", emission, None, [1.0, 0.0]);
         return own.into_iter().chain([emission]).collect();
@@ -48,7 +49,8 @@ fn of_element(element: &Element, is_heat: bool) -> Vec<Own> {
     }
     let black = emission / emissivity;
     let temperature = (black / STEFAN_BOLTZMANN).sqrt().sqrt();
-    let own = ("emissivity", emissivity, None, [black, -1.0 / reflectance]);
+    let own = [black + emission / reflectance, -1.0 / reflectance];
+    let own = ("emissivity", emissivity, None, own);
     let own = (reflectance > 0.0).then_some(own);
     let by_temperature = [4.0 * emission / temperature, 0.0];
     let warm = ("temperature", temperature, Some("K"), by_temperature);
@@ -84,7 +86,7 @@ impl Dependent {
                     continue;
                 }
                 let own = of_element(&element, is_heat).into_iter();
-                let own = own.map(|(word, value, unit, [source, kernel])| {
+                let own = own.map(|(word, value, unit, [source, of_u])| {
                     let name = format!("{name} {word}");
                     let known = all.quantities.iter_mut().enumerate().skip(first);
                     let mut known = known.filter(|(_, known)| known.name == name);
@@ -106,7 +108,7 @@ impl Dependent {
                     Dependence {
                         quantity,
                         source,
-                        kernel,
+                        of_u,
                     }
                 });
                 parts.push((element.part, own.collect()));

@@ -23,7 +23,7 @@ use serde::{Serialize, Serializer};
 use crate::answer::Answer;
 use crate::choice::ChoiceReport;
 use crate::execute::CellCount;
-use crate::{Choices, Goal, Method, Model, Region, Settings};
+use crate::{Choices, Goal, Method, Model, Region, Sensitivities, Settings};
 use fredholm_model::Heat;
 use fredholm_model::numbers::with_decimals;
 
@@ -114,6 +114,9 @@ pub struct Report {
     /// What resolvent walks knew and found, if these answer.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub resolvent: Option<ResolventReport>,
+    /// On what the targets depend, if that was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sensitivities: Option<Sensitivities>,
     /// The report of the global estimate, if one set of walks answers all goals; of it the summary is serialised.
     #[serde(
         serialize_with = "whole::summary",
@@ -430,6 +433,7 @@ impl Report {
             choice_text: String::new(),
             energy: None,
             resolvent: None,
+            sensitivities: None,
             whole: None,
         }
     }

@@ -9,12 +9,14 @@ use fredholm_model::{GLOBAL_REPLICATES as REPLICATES, Quantity, Request};
 use fredholm_rayon::Replicates;
 use serde::Serialize;
 
-use crate::{Error, SolveError, Solver, Subject};
+use crate::{Ask, Error, Goal, Report, SolveError, Solver, Subject, Target};
 
 /// Walks of each target, if nothing is said of them.
 const WALKS: u64 = 100_000;
-/// Rows of a target in a table for people.
-const ROWS: usize = 12;
+/// Rows in a table for people, about, and the most and the fewest of a target.
+const ROWS: usize = 48;
+const MOST: usize = 12;
+const FEWEST: usize = 2;
 
 /// The derivatives of all targets with respect to the quantities on which u depends.
 ///
@@ -94,6 +96,21 @@ impl Sensitivity {
 }
 
 impl Sensitivities {
+    /// The derivatives that are the goals of a report.
+    fn of_report(report: &Report, goals: &[Goal], quantities: &[Quantity]) -> Self {
+        let values = report
+            .goals
+            .iter()
+            .map(|own| [own.value(), own.std_error()]);
+        Self {
+            derivatives: sorted(goals, quantities, values),
+            walks: report.walks(),
+            states: report.states,
+            setup_seconds: report.setup_seconds,
+            walk_seconds: report.walk_seconds,
+        }
+    }
+
     /// The derivative of the target of this name with respect to the quantity of that name.
     #[must_use]
     pub fn get(&self, target: &str, quantity: &str) -> Option<&Sensitivity> {
@@ -113,9 +130,11 @@ impl Sensitivities {
         ];
         let mut rows = vec![head.map(str::to_owned).to_vec()];
         let mut left = 0;
-        for own in self.derivatives.chunk_by(|a, b| a.target == b.target) {
-            left += own.len().saturating_sub(ROWS);
-            rows.extend(own.iter().take(ROWS).map(|own| {
+        let by_target = || self.derivatives.chunk_by(|a, b| a.target == b.target);
+        let most = (ROWS / by_target().count().max(1)).clamp(FEWEST, MOST);
+        for own in by_target() {
+            left += own.len().saturating_sub(most);
+            rows.extend(own.iter().take(most).map(|own| {
                 let unit = own.unit.map_or(String::new(), |unit| format!(" {unit}"));
                 let value = own
                     .value
@@ -166,27 +185,45 @@ impl Sensitivities {
 }
 
 impl Solver<'_> {
-    /// The derivatives of u at all targets with respect to the quantities on which it depends: of rooms and scenes reflectances and emissions of
-    /// surfaces, or emissivities, temperatures and given net fluxes. Of a black surface there is none with respect to its reflectance.
+    /// Refuses sensitivities of an equation that has none.
     ///
-    /// Every target takes as many walks as are [asked for](Self::walks), or 100,000; an error plays no part.
+    /// # Errors
+    /// [`Error::Option`].
+    pub fn check_sensitivities(&self) -> Result<(), SolveError> {
+        if !self.model.quantities().is_empty() {
+            return Ok(());
+        }
+        let what = match self.model.channels() {
+            [] => "are those of rooms, scenes and equations with parameters",
+            _ => "of several channels are not offered",
+        };
+        let message = format!("sensitivities {what}: leave them out");
+        let subject = Subject::Problem;
+        Err(Error::Option { subject, message }.into())
+    }
+
+    /// The derivatives of u at all targets with respect to the quantities on which it depends: of rooms and scenes reflectances and emissions of
+    /// surfaces, or emissivities, temperatures and given net fluxes; of formulas their parameters. Of a black surface there is none with respect to its
+    /// reflectance.
+    ///
+    /// Every target takes as many walks as are [asked for](Self::walks), or 100,000, and an error plays no part; derivatives by parameters are the solutions of equations of their own, to which all
+    /// settings belong.
     ///
     /// # Errors
     /// [`SolveError`]; [`Error::Option`], where the equation has no such quantities.
     pub fn sensitivities(&self) -> Result<Sensitivities, SolveError> {
         let run = || -> Result<Sensitivities, SolveError> {
             let goals = self.goals(&self.targets()?)?;
+            self.check_sensitivities()?;
             let quantities = self.model.quantities();
-            if quantities.is_empty() {
-                let what = match self.model.exchange() {
-                    Some(_) => "of several channels are not offered",
-                    None => "are those of rooms and scenes",
-                };
-                return Err(Error::Option {
-                    subject: Subject::Problem,
-                    message: format!("sensitivities {what}: leave them out"),
-                }
-                .into());
+            if let Some((model, derivatives)) = self.model.with_derivatives(&goals)? {
+                let targets = derivatives.iter().map(|goal| Target {
+                    name: goal.name.clone(),
+                    ask: Ask::One(goal.region.clone()),
+                });
+                let solver = Solver::with(&*model, self.settings.clone(), targets.collect());
+                let solved = solver.observer(self.watch).solve();
+                return Ok(Sensitivities::of_report(&solved?, &goals, &quantities));
             }
             let mut settings = self.settings.clone();
             settings.last_step = Some(false);
@@ -238,15 +275,11 @@ impl Solver<'_> {
                 let Some(found) = &mut found else {
                     return Ok(());
                 };
-                for (number, goal) in goals.iter().enumerate() {
-                    let own = quantities.iter().enumerate().map(|(own, quantity)| {
-                        let values = over_replicates(&of(number * quantities.len() + own));
-                        of_quantity(&goal.name, quantity, (values.mean, values.std_error))
-                    });
-                    let mut own: Vec<Sensitivity> = own.collect();
-                    own.sort_by(|a, b| b.contribution().abs().total_cmp(&a.contribution().abs()));
-                    found.derivatives.extend(own);
-                }
+                let values = (0..goals.len() * quantities.len()).map(|unknown| {
+                    let values = over_replicates(&of(unknown));
+                    [values.mean, values.std_error]
+                });
+                found.derivatives = sorted(&goals, &quantities, values);
                 Ok(())
             })?;
             found.ok_or(Error::Internal("no walks were prepared").into())
@@ -255,17 +288,26 @@ impl Solver<'_> {
     }
 }
 
-fn of_quantity(
-    target: &str,
-    quantity: &Quantity,
-    (derivative, std_error): (f64, f64),
-) -> Sensitivity {
-    Sensitivity {
-        target: target.to_owned(),
-        quantity: quantity.name.clone(),
-        value: quantity.value,
-        derivative,
-        std_error,
-        unit: quantity.unit,
+/// The derivatives of all goals by all quantities, of each the largest first.
+fn sorted(
+    goals: &[Goal],
+    quantities: &[Quantity],
+    mut values: impl Iterator<Item = [f64; 2]>,
+) -> Vec<Sensitivity> {
+    let mut all = Vec::new();
+    for goal in goals {
+        let own = quantities.iter().zip(values.by_ref());
+        let own = own.map(|(quantity, [derivative, std_error])| Sensitivity {
+            target: goal.name.clone(),
+            quantity: quantity.name.clone(),
+            value: quantity.value,
+            derivative,
+            std_error,
+            unit: quantity.unit,
+        });
+        let mut own: Vec<Sensitivity> = own.collect();
+        own.sort_by(|a, b| b.contribution().abs().total_cmp(&a.contribution().abs()));
+        all.extend(own);
     }
+    all
 }

@@ -69,14 +69,17 @@ fn derivatives_of_a_room_are_those_of_differences() {
 fn derivatives_of_a_furnace_sum_to_its_own() {
     let names = ["a", "b", "c", "d", "e", "f"];
     let walls = shapes::room([0.0; 3], [1.0, 1.5, 0.7]).surfaces;
-    let surfaces = names.iter().zip(walls).map(|(name, polygons)| NamedSurface {
-        name: (*name).to_owned(),
-        polygons,
-        material: Finish {
-            reflectance: 0.7,
-            emission: 0.3,
-        },
-    });
+    let surfaces = names
+        .iter()
+        .zip(walls)
+        .map(|(name, polygons)| NamedSurface {
+            name: (*name).to_owned(),
+            polygons,
+            material: Finish {
+                reflectance: 0.7,
+                emission: 0.3,
+            },
+        });
     let scene = SceneModel::new(surfaces.collect(), Enclosure::Closed, Scalar::F64).unwrap();
     let solver = Solver::new(&scene).over("a");
     let found = solver.walks(40_000).sensitivities().unwrap();
@@ -85,7 +88,10 @@ fn derivatives_of_a_furnace_sum_to_its_own() {
         let sum: f64 = own.iter().map(|own| own.derivative).sum();
         // Correlated errors add at most.
         let error: f64 = own.iter().map(|own| own.std_error).sum();
-        assert!((sum - 1.0 / 0.3).abs() < SIGMAS * error, "{word}: {sum} ± {error}");
+        assert!(
+            (sum - 1.0 / 0.3).abs() < SIGMAS * error,
+            "{word}: {sum} ± {error}"
+        );
         assert!(error < 0.15, "{error}");
     }
 }
@@ -93,7 +99,15 @@ fn derivatives_of_a_furnace_sum_to_its_own() {
 #[test]
 fn what_has_no_such_quantities_says_so() {
     let u = CubeModel::from_fn::<1>(|_, _| 0.5, |_| 1.0);
-    let refused = Solver::new(&u).mean().sensitivities().err().unwrap().to_string();
-    assert!(refused.contains("sensitivities are those of rooms and scenes"), "{refused}");
+    let refused = Solver::new(&u)
+        .mean()
+        .sensitivities()
+        .err()
+        .unwrap()
+        .to_string();
+    assert!(
+        refused.contains("sensitivities are those of rooms and scenes"),
+        "{refused}"
+    );
     assert!(u.quantities().is_empty());
 }

@@ -431,10 +431,7 @@ mod tests {
         assert!(check("x + y", one).is_err());
         assert!(check(&"(".repeat(10_000), one).is_err());
         assert!(check(&format!("{}x{}", "x + (".repeat(40), ")".repeat(40)), one).is_err());
-        let parameters = ["a", "k"].map(|name| Parameter {
-            name: name.to_owned(),
-            value: -0.5,
-        });
+        let parameters = ["a", "k"].map(|name| Parameter::new(name, -0.5));
         let named = Variables {
             parameters: &parameters,
             ..one

@@ -1,10 +1,7 @@
 //! A formula with the text that its program borrows.
 
-use fredholm_core::Real;
-use nanoexpr::{Error, Evaluator, Instruction, Program};
+use nanoexpr::{Context, Error, Evaluator, Instruction, Number, Program};
 use ouroboros::self_referencing;
-
-use super::{At, Value};
 
 /// The most values that a formula may have pending at once.
 const STACK: usize = 32;
@@ -14,24 +11,24 @@ const STACK: usize = 32;
 const FEW: usize = 8;
 
 /// A program by the number of its pending values.
-enum Either<'c, F> {
-    Few(Program<'c, 'c, Value<F>, FEW>),
-    Many(Program<'c, 'c, Value<F>, STACK>),
+enum Either<'c, N> {
+    Few(Program<'c, 'c, N, FEW>),
+    Many(Program<'c, 'c, N, STACK>),
 }
 
 /// A text, room for its instructions, and the program that borrows both.
 #[self_referencing]
-pub(crate) struct Compiled<F: Real> {
+pub(crate) struct Compiled<N: Number + 'static> {
     text: String,
     #[borrows(text)]
     #[not_covariant]
-    room: Vec<Instruction<'this, Value<F>>>,
+    room: Vec<Instruction<'this, N>>,
     #[borrows(text, mut room)]
     #[not_covariant]
-    program: Either<'this, F>,
+    program: Either<'this, N>,
 }
 
-impl<F: Real> Compiled<F> {
+impl<N: Number + 'static> Compiled<N> {
     pub(crate) fn of(text: String) -> Result<Self, Error> {
         let evaluator = Evaluator::<()>::new(&());
         Self::try_new(
@@ -53,14 +50,14 @@ impl<F: Real> Compiled<F> {
         self.borrow_text()
     }
 
-    /// The value; NaN where there is none.
+    /// The value, if there is one.
     #[inline]
-    pub(crate) fn value(&self, at: &At<'_, F>) -> F {
+    pub(crate) fn value(&self, at: &impl Context<N>) -> Option<N> {
         let value = self.with_program(|program| match program {
             Either::Few(program) => program.evaluate(at),
             Either::Many(program) => program.evaluate(at),
         });
-        value.map_or(F::NAN, |value| value.0)
+        value.ok()
     }
 
     /// The number of instructions.

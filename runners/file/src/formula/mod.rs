@@ -18,6 +18,7 @@
 
 mod check;
 mod compiled;
+mod dual;
 mod plain;
 mod special;
 
@@ -28,6 +29,7 @@ use fredholm_core::Real;
 use nanoexpr::{Context, ErrorKind, Number};
 
 pub use check::{check, constant, occurrences};
+pub use dual::Slope;
 pub use plain::{Parameter, Plain};
 
 use compiled::Compiled;
@@ -199,7 +201,7 @@ pub struct FormulaError {
 }
 
 /// A compiled formula.
-pub struct Formula<F: Real>(Compiled<F>);
+pub struct Formula<F: Real>(Compiled<Value<F>>);
 
 impl<F: Real> core::fmt::Debug for Formula<F> {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
@@ -227,7 +229,7 @@ impl<F: Real> Formula<F> {
     /// The value of the formula at (x, y); NaN where it has none.
     #[inline]
     pub fn value(&self, x: &[F], y: &[F]) -> F {
-        self.0.value(&At { x, y })
+        self.0.value(&At { x, y }).map_or(F::NAN, |value| value.0)
     }
 
     /// About how many seconds a value takes.

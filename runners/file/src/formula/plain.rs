@@ -11,6 +11,25 @@ pub struct Parameter {
     pub name: String,
     /// The number.
     pub value: f64,
+    /// The formula of those before it by which it is given, if it is.
+    pub formula: Option<String>,
+}
+
+impl Parameter {
+    /// The parameter of this name that is a number.
+    ///
+    /// ```
+    /// use fredholm_file::formula::Parameter;
+    ///
+    /// assert_eq!(Parameter::new("a", 0.5).value, 0.5);
+    /// ```
+    pub fn new(name: impl Into<String>, value: f64) -> Self {
+        Self {
+            name: name.into(),
+            value,
+            formula: None,
+        }
+    }
 }
 
 /// Signs of paper, what is compiled in their place, and whether a value may end with them.
@@ -33,7 +52,7 @@ const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷',
 /// ```
 /// use fredholm_file::formula::{Parameter, Plain};
 ///
-/// let a = Parameter { name: "a".to_owned(), value: -0.5 };
+/// let a = Parameter::new("a", -0.5);
 /// let plain = Plain::new("a·exp(−|x − y|²)", &[a]).unwrap();
 /// assert_eq!(plain.text(), "(-0.5)*exp(-abs(x - y)^2)");
 /// ```
@@ -241,10 +260,7 @@ mod tests {
     use super::{Parameter, Plain};
 
     fn plain(typed: &str) -> String {
-        let of = |(name, value): (&str, f64)| Parameter {
-            name: name.to_owned(),
-            value,
-        };
+        let of = |(name, value): (&str, f64)| Parameter::new(name, value);
         let parameters = [("a", 0.5), ("b", -2.0), ("tiny", 1e-300)].map(of);
         match Plain::new(typed, &parameters) {
             Ok(plain) => plain.text().to_owned(),

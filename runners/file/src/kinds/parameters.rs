@@ -1,10 +1,13 @@
 //! Numbers with names, which formulas know.
 
-use crate::formula::{Parameter, constant, occurrences, refused_name};
+use fredholm::Quantity;
 use toml::de::DeValue;
 
+use crate::formula::{Parameter, constant, occurrences, refused_name};
+
+use super::space::Space;
 use crate::ProblemFile;
-use crate::place::{InputError, Placed};
+use crate::place::{InputError, Place, Placed};
 use crate::section::Field;
 
 /// Reads `[problem.parameters]`; a formula knows those that stand before it.
@@ -28,8 +31,20 @@ pub(super) fn read_parameters(field: &Field<'_, '_>) -> Result<Placed<Vec<Parame
             span: value.span(),
             value: value.get_ref().clone(),
         };
-        let value = number(&value, &parameters)?;
-        parameters.push(Parameter { name, value });
+        let formula = match &value.value {
+            DeValue::String(text) => Some(text.to_string()),
+            _ => None,
+        };
+        let given = |text: &String| {
+            let mut known = parameters.iter();
+            known.any(|own: &Parameter| occurrences(text, &own.name) > 0)
+        };
+        let formula = formula.filter(given);
+        parameters.push(Parameter {
+            value: number(&value, &parameters)?,
+            name,
+            formula,
+        });
     }
     Ok(Placed::file(field.span.clone(), parameters))
 }
@@ -41,6 +56,30 @@ pub(super) fn unused(file: &ProblemFile, parameters: &Placed<Vec<Parameter>>) ->
     let names: Vec<String> = unused.map(|own| format!("`{}`", own.name)).collect();
     let message = format!("no formula has the parameter {}", names.join(", "));
     (!names.is_empty()).then(|| file.remark(&parameters.place, message))
+}
+
+/// The parameters by which derivatives are taken: numbers by which no end of the domain and no edge is given.
+pub(super) fn independent(file: &ProblemFile, space: &Space) -> Vec<(usize, Quantity)> {
+    let places = [
+        space.domain.as_ref().map(|domain| &domain.place),
+        space.edges.as_ref().map(|edges| &edges.place),
+    ];
+    let texts = places.into_iter().flatten().map(|place| match place {
+        Place::File(span) => file.source.text.get(span.clone()).unwrap_or_default(),
+        _ => "",
+    });
+    let moves = |own: &Parameter| texts.clone().any(|text| occurrences(text, &own.name) > 0);
+    let all = space.parameters.value.iter().enumerate();
+    let own = all.filter(|(_, own)| own.formula.is_none() && !moves(own));
+    own.map(|(number, own)| {
+        let quantity = Quantity {
+            name: own.name.clone(),
+            value: Some(own.value),
+            unit: None,
+        };
+        (number, quantity)
+    })
+    .collect()
 }
 
 /// The number here, or that of the formula here.

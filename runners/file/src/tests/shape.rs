@@ -75,6 +75,7 @@ fn defaults() {
             forced_steps: Placed::default(0),
             last_step: None,
             adjoint: None,
+            sensitivities: Placed::default(false),
             scalar: Placed::default(Scalar::F64),
             seed: Placed::default(1),
             batch: Placed::default(4096),

@@ -2,8 +2,8 @@
 
 use fredholm_core::global::{Dependence, GlobalJob, Sensitivities};
 use fredholm_core::{
-    At, Equation as _, Functional as _, Generators as _, Goal, Goals, Real, RngUniforms, Sobol,
-    SobolPoint, Start, Value, WalkNumber, WalkSeeds,
+    At, Equation as _, Functional as _, Generators as _, Goal, Goals, Lights as _, Real,
+    RngUniforms, Sobol, SobolPoint, Start, Value, WalkNumber, WalkSeeds,
 };
 use fredholm_model::channels::{self, with_sum};
 use fredholm_model::cost::PointwisePairs;
@@ -114,11 +114,18 @@ impl Cut<'_> {
             }
             _ => None,
         };
-        let of = |x: &Point<F>, _: usize, each: &mut dyn FnMut(Dependence)| {
+        // Walks are of w = u − F_s: see `LastStep`.
+        let of = |x: &Point<F>, channel: usize, each: &mut dyn FnMut(Dependence)| {
             let surface = model.scene.place(x.face as usize);
             let own = surface.zip(dependent.as_ref());
             let own = own.map_or(&[][..], |(place, own)| own.of_part(place.surface, 0));
-            own.iter().copied().for_each(each);
+            let known = equation.0.known(x).wide().get(channel);
+            for on in own {
+                each(Dependence {
+                    source: on.source + on.of_u * known,
+                    ..*on
+                });
+            }
         };
         let quantities = dependent.as_ref().map_or(0, |own| own.quantities.len());
         let sensitivities = Sensitivities::new(&job, quantities, &of);

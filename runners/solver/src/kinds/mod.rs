@@ -49,6 +49,7 @@ macro_rules! delegated_checks {
 
 pub mod circle;
 pub mod cube;
+mod derivatives;
 pub mod sphere;
 pub mod system;
 pub mod tube;
@@ -56,6 +57,7 @@ mod watch;
 
 pub use circle::CircleModel;
 pub use cube::CubeModel;
+pub use derivatives::{Derivatives, KernelSlopes, SourceSlopes};
 pub use sphere::SphereModel;
 pub use system::SystemModel;
 pub use tube::TubeModel;

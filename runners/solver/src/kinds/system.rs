@@ -10,8 +10,9 @@ use fredholm_core::galerkin::Cells;
 use fredholm_core::resolvent::{Grid, Regular};
 use fredholm_core::{Located, Space};
 use fredholm_model::resolvent::{ResolventFound, ResolventQuestion};
-use fredholm_model::{About, LastSteps};
+use fredholm_model::{About, Differentiated, LastSteps, Quantity};
 
+use super::derivatives::{Derivatives, Given};
 use super::watch::Watch;
 use crate::custom::Coordinates;
 use crate::domain::{self, Domain};
@@ -56,6 +57,7 @@ pub struct SystemModel {
     solution: Option<Arc<Components>>,
     weights: Vec<(String, usize, WeightFn)>,
     seconds: f64,
+    derivatives: Option<Arc<Derivatives>>,
     /// The system in its dimension, once it is asked for.
     model: OnceLock<Box<dyn Model>>,
 }
@@ -65,8 +67,8 @@ struct Functions {
     domain: Domain<f64>,
     /// m.
     components: usize,
-    kernel: Box<Kernels>,
-    source: Box<Components>,
+    kernel: Arc<Kernels>,
+    source: Arc<Components>,
     watch: Watch,
 }
 
@@ -93,8 +95,8 @@ impl SystemModel {
             functions: Arc::new(Functions {
                 domain: Domain::new(&ends),
                 components,
-                kernel: Box::new(kernel),
-                source: Box::new(source),
+                kernel: Arc::new(kernel),
+                source: Arc::new(source),
                 watch: Watch::default(),
             }),
             ends,
@@ -102,6 +104,7 @@ impl SystemModel {
             solution: None,
             weights: Vec::new(),
             seconds: SECONDS,
+            derivatives: None,
             model: OnceLock::new(),
         }
     }
@@ -119,6 +122,12 @@ impl SystemModel {
         solution: impl Fn(usize, &[f64]) -> f64 + Send + Sync + 'static,
     ) -> Self {
         self.with(|own| own.solution = Some(Arc::new(solution)))
+    }
+
+    /// Adds the derivatives of K and F by some quantities, for [`Solver::sensitivities`](crate::Solver::sensitivities).
+    #[must_use]
+    pub fn with_derivatives(self, derivatives: Derivatives) -> Self {
+        self.with(|own| own.derivatives = Some(Arc::new(derivatives)))
     }
 
     /// This system with a change, for which its model is made anew.
@@ -327,6 +336,34 @@ impl Model for SystemModel {
         // It says where a value was no number.
         self.functions.watch.check()?;
         answer
+    }
+
+    fn quantities(&self) -> Vec<Quantity> {
+        let derivatives = self.derivatives.iter();
+        derivatives.flat_map(|own| own.quantities.clone()).collect()
+    }
+
+    fn with_derivatives(&self, goals: &[Goal]) -> Result<Option<Differentiated<'_>>, Error> {
+        let Some(derivatives) = &self.derivatives else {
+            return Ok(None);
+        };
+        let given = Given {
+            ends: self.ends.clone(),
+            edges: &self.edges,
+            components: self.functions.components,
+            seconds: self.seconds,
+            kernel: self.functions.kernel.clone(),
+            source: self.functions.source.clone(),
+            derivatives,
+        };
+        let weight = |region: &Region| match region {
+            Region::Weight(number) => {
+                let (_, component, weight) = self.weights.get(*number)?;
+                Some((*component, weight.clone()))
+            }
+            _ => None,
+        };
+        given.with_derivatives(goals, &weight).map(Some)
     }
 
     fn explain(&self, error: Error) -> Error {

@@ -10,6 +10,12 @@ impl Report {
     /// The report as a table for people.
     #[must_use]
     pub fn table(&self) -> String {
+        let derivatives = self.sensitivities.as_ref();
+        let derivatives = derivatives.map(|own| format!("\n{}", own.table()));
+        self.table_of_goals() + &derivatives.unwrap_or_default()
+    }
+
+    fn table_of_goals(&self) -> String {
         if let Some(whole) = &self.whole {
             return format!("{}{}", self.choice_text, whole.table());
         }

@@ -9,11 +9,15 @@ use std::sync::{Arc, OnceLock};
 
 use fredholm_core::Real;
 use fredholm_model::resolvent::{ResolventFound, ResolventQuestion};
-use fredholm_model::{About, Deterministic, Field, LastSteps};
+use fredholm_model::{About, Deterministic, Differentiated, Field, LastSteps, Quantity};
 
+use super::derivatives::{Derivatives, Given};
+use super::system;
 use super::watch::Watch;
 use crate::domain::{self, Domain};
-use crate::{CustomModel, Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Subject};
+use crate::{
+    CustomModel, Discretisation, Error, Goal, Model, Pairs, Partitioned, Region, Subject, WeightFn,
+};
 pub use functions::{CubeFunctions, CubeValues};
 
 use equation::{CubeEquation, base, with, with_degrees};
@@ -43,6 +47,7 @@ pub struct CubeModel {
     edges: Vec<Vec<f64>>,
     /// The solution, in place of that of the functions.
     solution: Option<Arc<Field>>,
+    derivatives: Option<Arc<Derivatives>>,
     watch: Arc<Watch>,
     /// The equation in its dimension, once it is asked for.
     model: OnceLock<Box<dyn Model>>,
@@ -65,6 +70,7 @@ impl CubeModel {
             domain: None,
             edges: Vec::new(),
             solution: None,
+            derivatives: None,
             watch: Arc::default(),
             model: OnceLock::new(),
         }
@@ -203,6 +209,13 @@ impl CubeModel {
         self.with(|own| own.solution = Some(Arc::new(solution)))
     }
 
+    /// Adds the derivatives of K and F by some quantities, for [`Solver::sensitivities`](crate::Solver::sensitivities). Components of an equation of one
+    /// unknown function are 0.
+    #[must_use]
+    pub fn with_derivatives(self, derivatives: Derivatives) -> Self {
+        self.with(|own| own.derivatives = Some(Arc::new(derivatives)))
+    }
+
     /// This equation with a change, for which its model is made anew.
     fn with(mut self, change: impl FnOnce(&mut Self)) -> Self {
         change(&mut self);
@@ -335,6 +348,51 @@ impl Model for CubeModel {
         // It says where a value was no number.
         self.watch.check()?;
         answer
+    }
+
+    fn quantities(&self) -> Vec<Quantity> {
+        let derivatives = self.derivatives.iter();
+        derivatives.flat_map(|own| own.quantities.clone()).collect()
+    }
+
+    fn with_derivatives(&self, goals: &[Goal]) -> Result<Option<Differentiated<'_>>, Error> {
+        let Some(derivatives) = &self.derivatives else {
+            return Ok(None);
+        };
+        if self.functions.dimension() > system::MOST_DIMENSIONS {
+            return Err(Error::Option {
+                subject: Subject::Problem,
+                message: format!(
+                    "sensitivities are those of equations in up to {} dimensions: leave them out",
+                    system::MOST_DIMENSIONS
+                ),
+            });
+        }
+        let [values, of_source, of_weights] = [(); 3].map(|()| self.functions.clone().in_f64());
+        let is_product = self.functions.is_product();
+        let given = Given {
+            ends: self.intervals(),
+            edges: &self.edges,
+            components: 1,
+            seconds: self.functions.seconds()[0],
+            kernel: Arc::new(move |_, x, y| match is_product {
+                true => (0..x.len())
+                    .map(|axis| values.factor(axis, x[axis], y[axis]))
+                    .product(),
+                false => values.kernel(x, y),
+            }),
+            source: Arc::new(move |_, x| of_source.source(x)),
+            derivatives,
+        };
+        let weight = |region: &Region| match region {
+            Region::Weight(number) => {
+                let (number, values) = (*number, of_weights.clone());
+                Some((0, WeightFn::new(move |x| values.weight(number, x))))
+            }
+            Region::Function(weight) => Some((0, weight.clone())),
+            _ => None,
+        };
+        given.with_derivatives(goals, &weight).map(Some)
     }
 
     fn explain(&self, error: Error) -> Error {
