@@ -133,6 +133,7 @@ impl ProblemFile {
             file: self,
             source: &source,
             channels: model.channels(),
+            parts: (0..).map_while(|number| model.part(number)).collect(),
         };
         reader.read()
     }
@@ -161,6 +162,8 @@ struct Reader<'a> {
     file: &'a ProblemFile,
     source: &'a Source,
     channels: &'a [String],
+    /// The names of all surfaces.
+    parts: Vec<&'a str>,
 }
 
 impl Reader<'_> {
@@ -331,6 +334,10 @@ impl Reader<'_> {
                 })
         });
         let mut component = component.transpose()?;
+        if let Some(surface) = text(columns.surface).filter(|own| !self.parts.contains(own)) {
+            let message = format!("there is no surface {surface:?}");
+            return Err(self.source.error(here.clone(), message));
+        }
         let what = match (text(columns.surface), text(columns.share)) {
             (Some(surface), Some(share)) => What::On(placed(surface), number(share)?),
             (Some(surface), None) if own.is_empty() => What::OverSurface(placed(surface)),

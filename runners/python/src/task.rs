@@ -343,6 +343,18 @@ impl Task {
         Ok((json_of(py, &certificate)?, certificate.table()))
     }
 
+    /// The derivatives of all targets, as JSON and as a table.
+    fn sensitivities(&self, options: &Bound<'_, PyDict>) -> PyResult<(String, String)> {
+        let py = options.py();
+        let watch = Arc::new(Watch::default());
+        let opened = self.open(options, &watch)?;
+        let solver = self.solver(&opened, &watch);
+        let work = || solver.sensitivities();
+        let found = opened.done(py, self.threads(options)?, &watch, work)?;
+        let found = found.map_err(|error| of_solve(py, &error, &opened.file))?;
+        Ok((json_of(py, &found)?, found.table()))
+    }
+
     /// Form factors between the surfaces of a room: their names, and all rows one after the other.
     fn factors(&self, options: &Bound<'_, PyDict>) -> PyResult<(Vec<String>, Vec<f64>)> {
         let py = options.py();

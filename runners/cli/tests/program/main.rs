@@ -2,6 +2,7 @@
 
 mod adjoint;
 mod bands;
+mod certify;
 mod choice;
 mod colours;
 mod commands;
@@ -27,6 +28,7 @@ mod room;
 mod scene;
 mod scene_factors;
 mod schema;
+mod sensitivities;
 mod sequences;
 mod solve;
 mod sphere;

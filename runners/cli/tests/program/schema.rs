@@ -194,6 +194,7 @@ fn reports_are_what_their_schema_says() {
         run(&air, &["--global"]),
         run(&given, &["--last-step", "true"]),
         run(&given, &["--global"]),
+        run(&given, &["--sensitivities"]),
         run(SPHERE, &[]),
         run(SPHERE, &["--global"]),
         run(SCENE, &[]),

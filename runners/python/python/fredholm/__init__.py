@@ -25,16 +25,16 @@ from .errors import (
     TooLongError,
 )
 from .problems import Channels, Circle, Cube, Problem, Room, Sphere, System, Tube, factors, load
-from .result import Certificate, Diagnosis, Factors, Field, Prediction, Result, Sweep, Value
+from .result import Certificate, Diagnosis, Factors, Field, Prediction, Result, Sensitivities, Sweep, Value
 
 __version__ = "0.1.0"
 
 __all__ = [
+    "Certificate",
     "Channels",
     "Circle",
     "ConvergenceError",
     "Cube",
-    "Certificate",
     "Diagnosis",
     "Factors",
     "Field",
@@ -49,6 +49,7 @@ __all__ = [
     "Result",
     "Room",
     "ScalarFunctionWarning",
+    "Sensitivities",
     "Sphere",
     "Sweep",
     "System",

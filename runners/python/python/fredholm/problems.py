@@ -15,7 +15,7 @@ import numpy as np
 from . import _fredholm
 from .errors import InputError, Interrupted, NotReachedError, ReportWarning, complex_error
 from .functions import Function, compiled_functions
-from .result import Certificate, Diagnosis, Factors, Field, Prediction, Result, Sweep
+from .result import Certificate, Diagnosis, Factors, Field, Prediction, Result, Sensitivities, Sweep
 
 __all__ = ["Circle", "Cube", "Problem", "Room", "Sphere", "System", "factors", "load"]
 
@@ -656,6 +656,31 @@ class Problem:
         targets, settings = self._split(at, mean, options)
         report, table = self._task(targets).certify(formulas, function, values, settings)
         return Certificate(report, table)
+
+    def sensitivities(self, *, at: Optional[Places] = None, mean: bool = False, **options: Any) -> Sensitivities:
+        """How targets depend on what the problem knows by name: derivatives, with error bars.
+
+        Of rooms and scenes these are reflectances, emissions, emissivities, temperatures and net fluxes of surfaces, of formulas their
+        ``parameters``.
+
+        Parameters
+        ----------
+        at, mean
+            What is asked for, as in :meth:`solve`.
+        **options
+            Targets and settings as in :meth:`solve`.
+
+        Examples
+        --------
+        >>> import fredholm
+        >>> u = fredholm.Cube("a * x * y", "x", parameters={"a": 0.5})  # the solution is x/(1 - a/3)
+        >>> found = u.sensitivities(at=0.5)
+        >>> round(found["u(0.5)", "a"], 6)
+        0.24
+        """
+        targets, settings = self._split(at, mean, options)
+        report, table = self._task(targets).sensitivities(settings)
+        return Sensitivities(report, table)
 
     def factors(self) -> Factors:
         """Form factors between the surfaces of a room."""

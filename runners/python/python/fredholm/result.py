@@ -323,6 +323,30 @@ class Certificate(_Report):
         return np.array([_number(value[name]) for value in self._raw["values"]])
 
 
+class Sensitivities(_Report):
+    """Derivatives of targets, with error bars: ``found["floor", "wall reflectance"]`` is one of them."""
+
+    def __getitem__(self, names: tuple[str, str]) -> float:
+        return float(self._one(names)["derivative"])
+
+    def std_error(self, target: str, quantity: str) -> float:
+        """The standard error of a derivative."""
+        return float(self._one((target, quantity))["std_error"])
+
+    def _one(self, names: tuple[str, str]) -> dict[str, Any]:
+        target, quantity = names
+        for own in self._raw["derivatives"]:
+            if (own["target"], own["quantity"]) == (target, quantity):
+                return dict(own)
+        raise KeyError(f"there is no derivative of {target!r} by {quantity!r}")
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """A table with a row for each derivative; needs pandas."""
+        import pandas
+
+        return pandas.DataFrame(self._raw["derivatives"])
+
+
 class Sweep(_Report):
     """How the standard deviation of the mean falls with the number of cells."""
 

@@ -55,6 +55,8 @@ pub(super) struct Given<'e> {
     pub(super) ends: Vec<[f64; 2]>,
     pub(super) edges: &'e [Vec<f64>],
     pub(super) components: usize,
+    /// Whether the last coordinate of a point is the number of its component, from 1.
+    pub(super) is_system: bool,
     pub(super) seconds: f64,
     pub(super) kernel: Arc<dyn Fn([usize; 2], &[f64], &[f64]) -> f64 + Send + Sync>,
     pub(super) source: Arc<dyn Fn(usize, &[f64]) -> f64 + Send + Sync>,
@@ -73,6 +75,7 @@ impl Given<'_> {
         weight: &WeightOf<'_>,
     ) -> Result<(Box<dyn Model>, Vec<Goal>), Error> {
         self.check()?;
+        let is_system = self.is_system;
         let (m, quantities) = (self.components, &self.derivatives.quantities);
         let (kernel, source) = (self.kernel, self.source);
         let [own, of_source] = [(); 2].map(|()| Arc::clone(self.derivatives));
@@ -96,7 +99,7 @@ impl Given<'_> {
             for (q, quantity) in quantities.iter().enumerate() {
                 let copy = |component: usize| (1 + q) * m + component;
                 let region = match &goal.region {
-                    Region::Point(x) if m == 1 => {
+                    Region::Point(x) if !is_system => {
                         Region::Point([&**x, &[(copy(0) + 1) as f64]].concat())
                     }
                     Region::Point(x) => {

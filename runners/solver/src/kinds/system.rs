@@ -351,6 +351,7 @@ impl Model for SystemModel {
             ends: self.ends.clone(),
             edges: &self.edges,
             components: self.functions.components,
+            is_system: true,
             seconds: self.seconds,
             kernel: self.functions.kernel.clone(),
             source: self.functions.source.clone(),

@@ -374,6 +374,7 @@ impl Model for CubeModel {
             ends: self.intervals(),
             edges: &self.edges,
             components: 1,
+            is_system: false,
             seconds: self.functions.seconds()[0],
             kernel: Arc::new(move |_, x, y| match is_product {
                 true => (0..x.len())
