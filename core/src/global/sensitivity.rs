@@ -6,6 +6,7 @@ use crate::walk::{Course, Followed, Visitor};
 use crate::{
     Absorption, Both, DefaultGenerator, Equation, Estimator, Functional, Generators, Goals,
     Located, NeighbourOf, NotFinite, RngUniforms, Start, Termination, Value, WalkNumber, WalkSeeds,
+    WideOf,
 };
 
 /// The states of a walk that are kept at a time; a longer walk is followed once more for every further so many of them.
@@ -126,25 +127,24 @@ impl<'a, E: Equation, N: ?Sized, T, G> Sensitivities<'a, E, N, T, G> {
 }
 
 /// A state that is kept.
-#[derive(Clone, Copy)]
-struct Passed<P, V, W> {
-    x: Located<P>,
-    weight: V,
+struct Passed<E: Equation> {
+    x: Located<E::Point>,
+    weight: E::Value,
     /// W v in the state, less all that scored before it.
-    own: W,
+    own: WideOf<E>,
 }
 
 /// The states of a walk from the first one that is kept on.
 struct Passages<'n, E: Equation, N: ?Sized> {
     neighbour: &'n N,
-    states: [Passed<E::Point, E::Value, <E::Value as Value<E::Scalar>>::Wide>; KEPT],
+    states: [Passed<E>; KEPT],
     kept: usize,
     /// The number of states before those that are kept, and of all so far.
     before: u32,
     entered: u32,
     x: Located<E::Point>,
     /// Σ W (F − G) and steps so far.
-    score: <E::Value as Value<E::Scalar>>::Wide,
+    score: WideOf<E>,
 }
 
 impl<E: Equation, N: NeighbourOf<E> + ?Sized> Visitor<E::Point, E::Scalar, E::Value>
@@ -229,14 +229,14 @@ where
             let mut control_draws = ControlDraws::<G::Random>::new(&seeds, place.walk);
             let Start { point, phi, .. } = own.functional.start(*equation, &mut draws);
             let x0 = neighbour.locate(point);
-            let none = Passed {
+            let none = || Passed {
                 x: x0,
                 weight: nothing,
                 own: nothing.wide(),
             };
             let mut passages = Passages {
                 neighbour: *neighbour,
-                states: [none; KEPT],
+                states: [(); KEPT].map(|()| none()),
                 kept: 0,
                 before,
                 entered: 0,
@@ -275,7 +275,7 @@ where
     E: Equation + Sync,
     N: NeighbourOf<E> + Sync + ?Sized,
     T: Functional<E> + Sync,
-    crate::WideOf<E>: Sync,
+    WideOf<E>: Sync,
     G: Generators,
 {
     /// Goal by goal, channel by channel, a number for every quantity.

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use fredholm_model::Quantity;
 
-use super::system::SystemModel;
+use super::system::{Components, Kernels, SystemModel};
 use crate::{Error, Goal, Model, Region, Subject, WeightFn};
 
 /// ∂K_ij/∂λ_q (x, y) by q, [i, j], x and y.
@@ -58,8 +58,8 @@ pub(super) struct Given<'e> {
     /// Whether the last coordinate of a point is the number of its component, from 1.
     pub(super) is_system: bool,
     pub(super) seconds: f64,
-    pub(super) kernel: Arc<dyn Fn([usize; 2], &[f64], &[f64]) -> f64 + Send + Sync>,
-    pub(super) source: Arc<dyn Fn(usize, &[f64]) -> f64 + Send + Sync>,
+    pub(super) kernel: Arc<Kernels>,
+    pub(super) source: Arc<Components>,
     pub(super) derivatives: &'e Arc<Derivatives>,
 }
 

@@ -29,9 +29,9 @@ pub const MOST_COMPONENTS: usize = 64;
 const SECONDS: f64 = 10e-9;
 
 /// K_ij(x, y) by [i, j], x and y.
-type Kernels = dyn Fn([usize; 2], &[f64], &[f64]) -> f64 + Send + Sync;
+pub(super) type Kernels = dyn Fn([usize; 2], &[f64], &[f64]) -> f64 + Send + Sync;
 /// F_i(x) or u_i(x) by i and x.
-type Components = dyn Fn(usize, &[f64]) -> f64 + Send + Sync;
+pub(super) type Components = dyn Fn(usize, &[f64]) -> f64 + Send + Sync;
 
 /// A system of equations on a product of intervals, whose ends may be infinite. Components are counted from 0; the coordinates of a point are
 /// those of x, and its component as it is counted from 1.
