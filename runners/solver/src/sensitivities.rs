@@ -236,7 +236,6 @@ impl Solver<'_> {
             let needed = cells.memory(&goals, walk.pairs);
             let what = || format!("{} unknowns", cells.unknowns());
             refuse_beyond_memory(what, needed, self.model.about().less_memory)?;
-            let system = cells.solve()?;
             let request = Request {
                 goals: &goals,
                 walk: &walk,
@@ -244,7 +243,7 @@ impl Solver<'_> {
             };
             let setup_seconds = start.elapsed().as_secs_f64();
             let mut found = None;
-            system.job(&request, &mut |prepared| {
+            cells.plain_job(&request, &mut |prepared| {
                 let job = prepared.sensitivities.ok_or(Error::Internal(
                     "quantities of which walks tell no derivatives",
                 ))?;

@@ -105,9 +105,6 @@ impl Cut<'_> {
         let colours = model.colours().filter(|_| !has_others);
         let known = certain(model, colours, request.goals);
         let job = job.with_sum(model.weights()).with_certain(&known);
-        let (Some(system), Some(tables)) = (solved, &tables) else {
-            return then(&Prepared::plain(&job, &galerkin));
-        };
         let dependent = match model.colours() {
             None if model.adjoint.is_none() && !request.walk.last_step => {
                 Some(Dependent::new(model, &|surface| model.part(surface)))
@@ -129,6 +126,13 @@ impl Cut<'_> {
         };
         let quantities = dependent.as_ref().map_or(0, |own| own.quantities.len());
         let sensitivities = Sensitivities::new(&job, quantities, &of);
+        let sensitivities = dependent.as_ref().map(|_| &sensitivities as &dyn GlobalJob);
+        let (Some(system), Some(tables)) = (solved, &tables) else {
+            return then(&Prepared {
+                sensitivities,
+                ..Prepared::plain(&job, &galerkin)
+            });
+        };
         let power = model.adjoint.as_ref().map_or(1.0, |adjoint| adjoint.power);
         then(&Prepared {
             job: &job,
@@ -138,7 +142,7 @@ impl Cut<'_> {
             convergence: system.solution.convergence(),
             pointwise: PointwisePairs::default(),
             neighbour_second_moment_radius: None,
-            sensitivities: dependent.as_ref().map(|_| &sensitivities as &dyn GlobalJob),
+            sensitivities,
         })
     }
 
