@@ -9,7 +9,7 @@ use fredholm_model::{GLOBAL_REPLICATES as REPLICATES, Quantity, Request};
 use fredholm_rayon::Replicates;
 use serde::Serialize;
 
-use crate::{Ask, Error, Goal, Report, SolveError, Solver, Subject, Target};
+use crate::{Ask, Error, Goal, Report, Settings, SolveError, Solver, Subject, Target};
 
 /// Walks of each target, if nothing is said of them.
 const WALKS: u64 = 100_000;
@@ -206,7 +206,7 @@ impl Solver<'_> {
     /// surfaces, or emissivities, temperatures and given net fluxes; of formulas their parameters. Of a black surface there is none with respect to its
     /// reflectance.
     ///
-    /// Every target takes as many walks as are [asked for](Self::walks), or 100,000, and an error plays no part; derivatives by parameters are the solutions of equations of their own, to which all
+    /// Every target takes as many walks as are [asked for](Self::walks), or 100,000, on few cells, and an error plays no part; derivatives by parameters are the solutions of equations of their own, to which all
     /// settings belong.
     ///
     /// # Errors
@@ -225,13 +225,9 @@ impl Solver<'_> {
                 let solved = solver.observer(self.watch).solve();
                 return Ok(Sensitivities::of_report(&solved?, &goals, &quantities));
             }
-            let mut settings = self.settings.clone();
-            settings.last_step = Some(false);
-            settings.global = None;
-            settings.sequence = None;
-            settings.tolerance = None;
-            let walk = settings.walk_options();
             let start = Instant::now();
+            let settings = self.few_cells();
+            let walk = settings.walk_options();
             let cells = self.model.partition(&settings.discretisation())?;
             let needed = cells.memory(&goals, walk.pairs);
             let what = || format!("{} unknowns", cells.unknowns());
@@ -241,12 +237,13 @@ impl Solver<'_> {
                 walk: &walk,
                 only_u: true,
             };
-            let setup_seconds = start.elapsed().as_secs_f64();
+            let system = cells.solve()?;
             let mut found = None;
-            cells.plain_job(&request, &mut |prepared| {
+            system.job(&request, &mut |prepared| {
                 let job = prepared.sensitivities.ok_or(Error::Internal(
                     "quantities of which walks tell no derivatives",
                 ))?;
+                let setup_seconds = start.elapsed().as_secs_f64();
                 let start = Instant::now();
                 let mut replicates = Replicates::new(job, REPLICATES);
                 let walks = self.settings.walks.unwrap_or(WALKS);
@@ -284,6 +281,30 @@ impl Solver<'_> {
             found.ok_or(Error::Internal("no walks were prepared").into())
         };
         self.explained(run())
+    }
+}
+
+impl Solver<'_> {
+    /// The settings of the walks: what they find depends little on how well v is known, and a set-up takes longer than they do.
+    fn few_cells(&self) -> Settings {
+        let settings = Settings {
+            degree: None,
+            pairs: None,
+            lift: None,
+            ..self.settings.clone()
+        };
+        let cut = settings.discretisation();
+        let coarse = self.model.coarse_levels(&cut).into_iter();
+        let few = coarse.chain(self.model.levels(&cut)).next();
+        Settings {
+            method: None,
+            cells: few,
+            last_step: Some(false),
+            global: None,
+            sequence: None,
+            tolerance: None,
+            ..settings
+        }
     }
 }
 

@@ -106,7 +106,7 @@ fn what_has_no_such_quantities_says_so() {
         .unwrap()
         .to_string();
     assert!(
-        refused.contains("sensitivities are those of rooms and scenes"),
+        refused.contains("sensitivities are those of rooms, scenes and equations with parameters"),
         "{refused}"
     );
     assert!(u.quantities().is_empty());
