@@ -19,6 +19,14 @@ const POINTS: f64 = 256.0;
 const ROUNDINGS: f64 = 8.0;
 
 /// What a certificate says of a solution.
+///
+/// ```
+/// use fredholm::{CubeModel, Solver, Verdict};
+///
+/// let u = CubeModel::from_fn::<1>(|_, _| 0.5, |_| 1.0);
+/// assert_eq!(Solver::new(&u).certify(|_| 2.0)?.verdict, Verdict::Right);
+/// # Ok::<(), fredholm::SolveError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {

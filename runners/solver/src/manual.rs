@@ -2,6 +2,8 @@
 
 #[doc = include_str!("../../../README.md")]
 struct Readme;
+#[doc = include_str!("../../../docs/certify.md")]
+struct Certify;
 #[doc = include_str!("../../../docs/circles.md")]
 struct Circles;
 #[doc = include_str!("../../../docs/cubes.md")]
@@ -16,6 +18,8 @@ struct OwnEquation;
 struct Report;
 #[doc = include_str!("../../../docs/rooms.md")]
 struct Rooms;
+#[doc = include_str!("../../../docs/sensitivities.md")]
+struct Sensitivities;
 #[doc = include_str!("../../../docs/sequences.md")]
 struct Sequences;
 #[doc = include_str!("../../../docs/spheres.md")]

@@ -11,8 +11,18 @@ use super::system::{Components, Kernels, SystemModel};
 use crate::{Error, Goal, Model, Region, Subject, WeightFn};
 
 /// ∂K_ij/∂λ_q (x, y) by q, [i, j], x and y.
+///
+/// ```
+/// let slopes: Box<fredholm::KernelSlopes> = Box::new(|_, _, x, y| x[0] * y[0]);
+/// assert_eq!(slopes(0, [0, 0], &[2.0], &[3.0]), 6.0);
+/// ```
 pub type KernelSlopes = dyn Fn(usize, [usize; 2], &[f64], &[f64]) -> f64 + Send + Sync;
 /// ∂F_i/∂λ_q (x) by q, i and x.
+///
+/// ```
+/// let slopes: Box<fredholm::SourceSlopes> = Box::new(|_, i, x| x[i]);
+/// assert_eq!(slopes(0, 1, &[2.0, 3.0]), 3.0);
+/// ```
 pub type SourceSlopes = dyn Fn(usize, usize, &[f64]) -> f64 + Send + Sync;
 
 /// The quantities on which the functions of an equation depend, and the derivatives of these. Components are counted from 0, and so that of an
