@@ -134,7 +134,7 @@ struct Passed<E: Equation> {
     own: WideOf<E>,
 }
 
-/// The states of a walk from the first one that is kept on.
+/// The states of a walk from the first one that is kept on. It serves one walk after the other.
 struct Passages<'n, E: Equation, N: ?Sized> {
     neighbour: &'n N,
     states: [Passed<E>; KEPT],
@@ -145,6 +145,32 @@ struct Passages<'n, E: Equation, N: ?Sized> {
     x: Located<E::Point>,
     /// Σ W (F − G) and steps so far.
     score: WideOf<E>,
+}
+
+impl<'n, E: Equation, N: ?Sized> Passages<'n, E, N> {
+    /// Room for states. `any` is any point: a place needs a value.
+    fn new(neighbour: &'n N, any: Located<E::Point>, nothing: E::Value) -> Self {
+        let none = || Passed {
+            x: any,
+            weight: nothing,
+            own: nothing.wide(),
+        };
+        Self {
+            neighbour,
+            states: [(); KEPT].map(|()| none()),
+            kept: 0,
+            before: 0,
+            entered: 0,
+            x: any,
+            score: nothing.wide(),
+        }
+    }
+
+    /// Forgets the last walk, and keeps the states behind so many of the next one.
+    fn begin(&mut self, before: u32, nothing: E::Value) {
+        (self.kept, self.before, self.entered) = (0, before, 0);
+        self.score = nothing.wide();
+    }
 }
 
 impl<E: Equation, N: NeighbourOf<E> + ?Sized> Visitor<E::Point, E::Scalar, E::Value>
@@ -182,7 +208,7 @@ impl<E: Equation, N: NeighbourOf<E> + ?Sized> Visitor<E::Point, E::Scalar, E::Va
     }
 }
 
-impl<E, N, T, G> Sensitivities<'_, E, N, T, G>
+impl<'a, E, N, T, G> Sensitivities<'a, E, N, T, G>
 where
     E: Equation,
     N: NeighbourOf<E> + ?Sized,
@@ -194,6 +220,7 @@ where
         &self,
         goal: usize,
         place: WalkNumber,
+        passages: &mut Option<Passages<'a, E, N>>,
         sums: &mut [f64],
     ) -> Result<(u32, Termination), NotFinite> {
         let Goals {
@@ -229,22 +256,9 @@ where
             let mut control_draws = ControlDraws::<G::Random>::new(&seeds, place.walk);
             let Start { point, phi, .. } = own.functional.start(*equation, &mut draws);
             let x0 = neighbour.locate(point);
-            let none = || Passed {
-                x: x0,
-                weight: nothing,
-                own: nothing.wide(),
-            };
-            let mut passages = Passages {
-                neighbour: *neighbour,
-                states: [(); KEPT].map(|()| none()),
-                kept: 0,
-                before,
-                entered: 0,
-                x: x0,
-                score: nothing.wide(),
-            };
-            let (states, end) =
-                followed.walk(x0, course, &mut draws, &mut control_draws, &mut passages);
+            let passages = passages.get_or_insert_with(|| Passages::new(*neighbour, x0, nothing));
+            passages.begin(before, nothing);
+            let (states, end) = followed.walk(x0, course, &mut draws, &mut control_draws, passages);
             if !passages.score.is_finite() {
                 return Err(NotFinite { walk: place.walk });
             }
@@ -297,6 +311,7 @@ where
 
     fn run(&self, replicate: &mut Replicate<'_>, at_most: u64) -> Result<(), NotFinite> {
         let width = self.goals.equation.channels() * self.quantities;
+        let mut passages = None;
         let end = replicate.counts.walks.saturating_add(at_most);
         while replicate.counts.walks < end {
             let walk = replicate.next_walk();
@@ -307,7 +322,7 @@ where
             };
             let rows = replicate.sums.chunks_exact_mut(width.max(1));
             for (goal, sums) in rows.enumerate() {
-                let (states, termination) = self.walk(goal, place, sums)?;
+                let (states, termination) = self.walk(goal, place, &mut passages, sums)?;
                 let counts = &mut replicate.counts;
                 counts.states += u64::from(states);
                 match termination {

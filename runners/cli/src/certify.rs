@@ -82,6 +82,7 @@ pub(crate) fn certify(args: &CertifyArgs, signals: &Signals) -> Result<Ended, Fa
             let model = file.resolve()?.model;
             let given = file.given_table(model.model(), Path::new(path))?;
             file.targets = given.targets;
+            file.validate()?;
             Some((given.values, given.rounding))
         }
         _ => None,

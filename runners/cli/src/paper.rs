@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use fredholm::answer::{Solved, Walks};
 use fredholm::circle::{CircleModel, Emission};
-use fredholm::model::Request;
+use fredholm::model::{Request, Wanted};
 use fredholm::{Discretisation, Estimator, Form, Goal, Model, Pairs, Region, Settings};
 use fredholm_circle::Harmonic;
 use fredholm_core::{RngUniforms, StopReason, Uniforms, WalkSeeds};
@@ -218,7 +218,7 @@ pub(crate) fn compute(args: &PaperArgs, signals: &Signals) -> Result<Table, Fail
             let request = Request {
                 goals: &goals,
                 walk: &walk,
-                only_u: true,
+                wanted: Wanted::U,
             };
             let answer = solved.walk(&maker, &request, &progress);
             let answer = answer.map_err(Failure::run)?;

@@ -339,14 +339,17 @@ fn answer(
         solver.check_sensitivities().map_err(refuse)?;
     }
     let mut solved = solver.solve();
-    if let (true, Ok(report)) = (asks, &mut solved) {
+    let report = match &mut solved {
+        Ok(report) => Some(report),
+        Err(SolveError::NotReached(report)) => Some(&mut **report),
+        Err(_) => None,
+    };
+    if let Some(report) = report.filter(|_| asks) {
         progress.say("walking for sensitivities".to_owned());
         match solver.sensitivities() {
             Ok(found) => report.sensitivities = Some(found),
             Err(SolveError::Cancelled(_)) => {
-                let report = core::mem::replace(&mut solved, Err(SolveError::Cancelled(None)));
-                solved =
-                    report.and_then(|report| Err(SolveError::Cancelled(Some(Box::new(report)))));
+                solved = Err(SolveError::Cancelled(Some(Box::new(report.clone()))));
             }
             Err(error) => return Err(refuse(error)),
         }

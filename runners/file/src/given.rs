@@ -8,7 +8,7 @@ use fredholm::{Field, Model};
 
 use crate::formula::{self, Formula, Variables};
 use crate::place::{InputError, Place, Placed, Source};
-use crate::points::fields;
+use crate::points::{Row, number, rows};
 use crate::{MAX_BYTES, MAX_GRID, ProblemFile, Target, What, load, utf8};
 
 /// Where what is wrong with a given solution is said to stand.
@@ -168,26 +168,20 @@ struct Reader<'a> {
 
 impl Reader<'_> {
     fn read(&self) -> Result<GivenTable, InputError> {
-        let text = self.source.text.as_str();
-        let (mut start, mut columns) = (0, None);
         let (mut targets, mut values, mut rounding) = (Vec::new(), Vec::new(), f64::INFINITY);
-        let mut names = HashSet::new();
-        for line in text.split_inclusive('\n') {
-            let here = start..start + line.trim_end().len();
-            start += line.len();
-            let line = line.trim_start_matches('\u{feff}').trim();
-            if line.is_empty() || line.starts_with('#') {
+        let (mut columns, mut names) = (None, HashSet::new());
+        for Row {
+            here,
+            fields,
+            is_head,
+        } in rows(self.source)
+        {
+            if is_head {
+                columns = Some(self.headed(&fields, &here)?);
                 continue;
             }
-            let fields = fields(line);
-            let is_first = columns.is_none();
-            let is_head = is_first && !fields.iter().any(|field| field.parse::<f64>().is_ok());
             let columns = match &columns {
                 Some(columns) => columns,
-                None if is_head => {
-                    columns = Some(self.headed(&fields, &here)?);
-                    continue;
-                }
                 None => columns.insert(self.headless(&fields, &here)?),
             };
             if targets.len() == MAX_GRID {
@@ -238,7 +232,7 @@ impl Reader<'_> {
     }
 
     fn number(&self, field: &str, here: &Range<usize>) -> Result<f64, InputError> {
-        crate::points::number(field).map_err(|message| self.source.error(here.clone(), message))
+        number(field).map_err(|message| self.source.error(here.clone(), message))
     }
 
     /// The columns of a head.

@@ -1,5 +1,6 @@
 //! Points in a CSV file, one a line: what `at = "points.csv"` asks for.
 
+use core::ops::Range;
 use std::path::Path;
 
 use fredholm::{Ask, Region};
@@ -36,36 +37,52 @@ impl ProblemFile {
     }
 }
 
-/// The points of all lines. Empty lines, lines that begin with #, and a first line without any number, which is a head,
-/// have none.
+/// The points of all lines. A head has none.
 fn read(source: &Source, point: &mut ReadPoint<'_>) -> Result<Vec<Region>, InputError> {
-    let text = source.text.as_str();
-    let (mut regions, mut start, mut is_first) = (Vec::new(), 0, true);
-    for line in text.split_inclusive('\n') {
-        let here = start..start + line.trim_end().len();
-        start += line.len();
-        let line = line.trim_start_matches('\u{feff}').trim();
-        if line.is_empty() || line.starts_with('#') {
-            continue;
-        }
-        let fields = fields(line);
-        let is_head = is_first && !fields.iter().any(|field| field.parse::<f64>().is_ok());
-        is_first = false;
-        if is_head {
-            continue;
-        }
+    let mut regions = Vec::new();
+    for row in rows(source).filter(|row| !row.is_head) {
         if regions.len() == MAX_GRID {
             let message = format!("more than {MAX_GRID} points");
-            return Err(source.error(here, message));
+            return Err(source.error(row.here, message));
         }
-        let region = point(&fields).map_err(|message| source.error(here, message))?;
+        let region = point(&row.fields).map_err(|message| source.error(row.here, message))?;
         regions.push(region);
     }
     Ok(regions)
 }
 
+/// A line of a CSV file.
+pub(crate) struct Row<'t> {
+    /// The bytes of the line.
+    pub(crate) here: Range<usize>,
+    pub(crate) fields: Vec<&'t str>,
+    /// Whether it is the first line and has no number.
+    pub(crate) is_head: bool,
+}
+
+/// All lines but for empty ones and those that begin with #.
+pub(crate) fn rows(source: &Source) -> impl Iterator<Item = Row<'_>> {
+    let (mut start, mut is_first) = (0, true);
+    source.text.split_inclusive('\n').filter_map(move |line| {
+        let here = start..start + line.trim_end().len();
+        start += line.len();
+        let line = line.trim_start_matches('\u{feff}').trim();
+        if line.is_empty() || line.starts_with('#') {
+            return None;
+        }
+        let fields = fields(line);
+        let has_number = fields.iter().any(|field| field.parse::<f64>().is_ok());
+        let is_head = core::mem::take(&mut is_first) && !has_number;
+        Some(Row {
+            here,
+            fields,
+            is_head,
+        })
+    })
+}
+
 /// The fields of a line, without blanks around them and the quotes around a field.
-pub(crate) fn fields(line: &str) -> Vec<&str> {
+fn fields(line: &str) -> Vec<&str> {
     let mut quoted = false;
     line.split(|c| {
         quoted ^= c == '"';

@@ -3,7 +3,7 @@
 
 use fredholm::answer::{Solved, Walks};
 use fredholm::goals;
-use fredholm::model::Request;
+use fredholm::model::{Request, Wanted};
 
 /// Solves a cube whose formula nobody has seen before, and gives the estimate.
 fn solve(number: u32) -> f64 {
@@ -36,7 +36,7 @@ at = 0.5
     let request = Request {
         goals: &goals,
         walk: &walk,
-        only_u: false,
+        wanted: Wanted::All,
     };
     let walks = Walks {
         model,

@@ -161,7 +161,7 @@ impl ChannelModels {
             .map(|walk| Request {
                 goals: &targets,
                 walk,
-                only_u: request.only_u,
+                wanted: request.wanted,
             })
             .collect();
         nested(call, &requests, &[], &mut |all| {

@@ -215,7 +215,7 @@ pub fn regions(
     request: &Request<'_>,
 ) -> Result<Vec<Region>, Error> {
     let Some(colours) = colours else {
-        return Ok(surfaces.regions(request.goals, request.only_u));
+        return Ok(surfaces.regions(request.goals, request.wanted.is_only_u()));
     };
     let targets = colours.names.targets(request.goals)?;
     Ok(targets.map(|goal| goal.region.clone()).collect())

@@ -41,10 +41,10 @@ pub use goal::{Ask, Field, Goal, Region, Target, WeightFn, goals};
 pub use last_step::LastSteps;
 pub use model::{
     Deterministic, Differentiated, Model, NO_ITERATION, Partitioned, Prepared, Request, System,
-    Then, WithJob,
+    Then, Wanted, WithJob,
 };
 pub use options::{Choice, Choices, Method, Pairs, Scalar, Sequence};
-pub use quantity::{Dependent, Quantity};
+pub use quantity::{Quantity, SurfaceQuantities};
 pub use saved::{SavedSystem, SystemOf};
 pub use settings::{Discretisation, Settings, WalkOptions};
 pub use spot::{BLANK, Beside, Spot, SpotWalks, WriteSpot, picture_is_biased, spots};

@@ -9,7 +9,7 @@ use serde::Serialize;
 use crate::examined::Examined;
 use crate::heat::RadiativeExchange;
 use crate::last_step::LastSteps;
-use crate::quantity::{Dependent, Quantity};
+use crate::quantity::{Quantity, SurfaceQuantities};
 use crate::question::{ResolventFound, ResolventQuestion};
 
 use crate::cost::{Cost, PointwisePairs};
@@ -261,7 +261,7 @@ pub trait Model: Send + Sync {
     fn quantities(&self) -> Vec<Quantity> {
         let surfaces = self.exchange().filter(|_| self.channels().is_empty());
         surfaces.map_or(Vec::new(), |surfaces| {
-            Dependent::new(surfaces, &|surface| self.part(surface)).quantities
+            SurfaceQuantities::new(surfaces, &|surface| self.part(surface)).quantities
         })
     }
 
@@ -586,8 +586,34 @@ pub struct Request<'a> {
     pub goals: &'a [Goal],
     /// How walks are made.
     pub walk: &'a WalkOptions,
-    /// Whether u is all that is wanted: no irradiance, no net flux.
-    pub only_u: bool,
+    /// What of the goals is wanted.
+    pub wanted: Wanted,
+}
+
+/// What of goals is wanted.
+///
+/// ```
+/// use fredholm_model::Wanted;
+///
+/// assert_eq!(Wanted::default(), Wanted::All);
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Wanted {
+    /// u, and irradiances and net fluxes where there are some.
+    #[default]
+    All,
+    /// u alone.
+    U,
+    /// The derivatives of u with respect to the [quantities](Model::quantities).
+    Derivatives,
+}
+
+impl Wanted {
+    /// Whether irradiances and net fluxes play no part.
+    #[must_use]
+    pub const fn is_only_u(self) -> bool {
+        !matches!(self, Self::All)
+    }
 }
 
 /// A function that is called with prepared walks.

@@ -58,70 +58,76 @@ fn of_element(element: &Element, is_heat: bool) -> Vec<Own> {
     own.into_iter().chain(warm).collect()
 }
 
-/// All quantities, and what walls and faces have to do with them.
+/// The quantities of surfaces, and what their parts have to do with these.
 #[derive(Debug)]
-pub struct Dependent {
+pub struct SurfaceQuantities {
     /// The quantities.
     pub quantities: Vec<Quantity>,
-    /// What the parts of every surface have to do with them.
-    parts: Vec<Vec<(usize, Vec<Dependence>)>>,
+    /// By the number of the surface, and by that of its part.
+    parts: Vec<Vec<Vec<Dependence>>>,
 }
 
-impl Dependent {
+impl SurfaceQuantities {
     /// The quantities of surfaces of these names.
     pub fn new<'n>(
         surfaces: &dyn RadiativeExchange,
         name: &dyn Fn(usize) -> Option<&'n str>,
     ) -> Self {
         let is_heat = surfaces.is_heat();
-        let mut all = Self {
-            quantities: Vec::new(),
-            parts: Vec::new(),
-        };
+        let (mut quantities, mut all) = (Vec::new(), Vec::new());
         for (surface, name) in (0..).map_while(|surface| Some((surface, name(surface)?))) {
-            let first = all.quantities.len();
-            let mut parts: Vec<(usize, Vec<Dependence>)> = Vec::new();
+            let first = quantities.len();
+            let mut parts: Vec<Vec<Dependence>> = Vec::new();
             for element in surfaces.elements(&Region::Part(surface)) {
-                if parts.iter().any(|(part, _)| *part == element.part) {
-                    continue;
+                if parts.len() <= element.part {
+                    parts.resize_with(element.part + 1, Vec::new);
                 }
                 let own = of_element(&element, is_heat).into_iter();
-                let own = own.map(|(word, value, unit, [source, of_u])| {
-                    let name = format!("{name} {word}");
-                    let known = all.quantities.iter_mut().enumerate().skip(first);
-                    let mut known = known.filter(|(_, known)| known.name == name);
-                    let quantity = match known.next() {
-                        Some((quantity, known)) => {
-                            known.value = known.value.filter(|own| *own == value);
-                            quantity
-                        }
-                        None => {
-                            drop(known);
-                            all.quantities.push(Quantity {
-                                name,
-                                value: Some(value),
-                                unit,
-                            });
-                            all.quantities.len() - 1
-                        }
-                    };
-                    Dependence {
-                        quantity,
-                        source,
-                        of_u,
-                    }
+                let own = own.map(|(word, value, unit, [source, of_u])| Dependence {
+                    quantity: first
+                        + number(
+                            &mut quantities,
+                            first,
+                            (format!("{name} {word}"), value, unit),
+                        ),
+                    source,
+                    of_u,
                 });
-                parts.push((element.part, own.collect()));
+                parts[element.part] = own.collect();
             }
-            all.parts.push(parts);
+            all.push(parts);
         }
-        all
+        Self {
+            quantities,
+            parts: all,
+        }
     }
 
     /// What a part of a surface has to do with the quantities.
     pub fn of_part(&self, surface: usize, part: usize) -> &[Dependence] {
-        let parts = self.parts.get(surface).into_iter().flatten();
-        let mut own = parts.filter(|(own, _)| *own == part);
-        own.next().map_or(&[], |(_, own)| own)
+        let parts = self.parts.get(surface);
+        parts
+            .and_then(|parts| parts.get(part))
+            .map_or(&[], Vec::as_slice)
     }
+}
+
+/// The number of a quantity of this name, value and unit among those of one surface, which begin here; a further one is added.
+fn number(
+    all: &mut Vec<Quantity>,
+    first: usize,
+    (name, value, unit): (String, f64, Option<&'static str>),
+) -> usize {
+    let own = &mut all[first..];
+    if let Some(number) = own.iter().position(|known| known.name == name) {
+        let known = &mut own[number];
+        known.value = known.value.filter(|own| *own == value);
+        return number;
+    }
+    all.push(Quantity {
+        name,
+        value: Some(value),
+        unit,
+    });
+    all.len() - 1 - first
 }

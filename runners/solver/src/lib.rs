@@ -27,7 +27,7 @@ mod whole;
 pub mod model {
     pub use fredholm_model::{
         About, Derived, Examined, Flux, GlobalField, GlobalRequest, GlobalSystem, Heat, LastSteps,
-        Model, Partitioned, Prepared, Request, System, Then, WholeValues, WithGlobalJob,
+        Model, Partitioned, Prepared, Request, System, Then, Wanted, WholeValues, WithGlobalJob,
     };
 }
 

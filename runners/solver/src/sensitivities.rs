@@ -5,7 +5,7 @@ use std::time::Instant;
 use fredholm_core::global::over_replicates;
 use fredholm_model::memory::refuse_beyond_memory;
 use fredholm_model::numbers::{aligned, short, with_error};
-use fredholm_model::{GLOBAL_REPLICATES as REPLICATES, Quantity, Request};
+use fredholm_model::{GLOBAL_REPLICATES as REPLICATES, Quantity, Request, Wanted};
 use fredholm_rayon::Replicates;
 use serde::Serialize;
 
@@ -13,6 +13,8 @@ use crate::{Ask, Error, Goal, Report, Settings, SolveError, Solver, Subject, Tar
 
 /// Walks of each target, if nothing is said of them.
 const WALKS: u64 = 100_000;
+/// Walks of a replicate before the first look at the clock.
+const FIRST_ROUND: u64 = 64;
 /// Rows in a table for people, about, and the most and the fewest of a target.
 const ROWS: usize = 48;
 const MOST: usize = 12;
@@ -151,70 +153,48 @@ impl Sensitivities {
         }
         let mut text = aligned(&rows);
         if left > 0 {
-            text += &format!("{left} smaller ones are in the files of results\n");
+            text += &format!("{left} smaller ones are in the JSON\n");
         }
         text
-    }
-
-    /// All derivatives as CSV.
-    ///
-    /// # Errors
-    /// [`Error::Internal`].
-    pub fn csv(&self) -> Result<String, Error> {
-        const FAILED: Error = Error::Internal("sensitivities that are no CSV");
-        let mut writer = csv::Writer::from_writer(Vec::new());
-        let head = [
-            "target",
-            "quantity",
-            "value",
-            "derivative",
-            "std_error",
-            "unit",
-        ];
-        writer.write_record(head).map_err(|_| FAILED)?;
-        for own in &self.derivatives {
-            let row = (
-                (&own.target, &own.quantity, own.value),
-                (own.derivative, own.std_error, own.unit),
-            );
-            writer.serialize(row).map_err(|_| FAILED)?;
-        }
-        let bytes = writer.into_inner().map_err(|_| FAILED)?;
-        String::from_utf8(bytes).map_err(|_| FAILED)
     }
 }
 
 impl Solver<'_> {
-    /// Refuses sensitivities of an equation that has none.
+    /// Refuses sensitivities of an equation that has none, and of targets that have none.
     ///
     /// # Errors
-    /// [`Error::Option`].
+    /// [`SolveError`]; [`Error::Option`].
     pub fn check_sensitivities(&self) -> Result<(), SolveError> {
-        if !self.model.quantities().is_empty() {
-            return Ok(());
-        }
-        let what = match self.model.channels() {
-            [] => "are those of rooms, scenes and equations with parameters",
-            _ => "of several channels are not offered",
+        let run = || -> Result<(), SolveError> {
+            let goals = self.goals(&self.targets()?)?;
+            if !self.model.quantities().is_empty() {
+                self.model.with_derivatives(&goals)?;
+                return Ok(());
+            }
+            let what = match self.model.channels() {
+                [] => "are those of rooms, scenes and equations with parameters",
+                _ => "of several channels are not offered",
+            };
+            let message = format!("sensitivities {what}: leave them out");
+            let subject = Subject::Problem;
+            Err(Error::Option { subject, message }.into())
         };
-        let message = format!("sensitivities {what}: leave them out");
-        let subject = Subject::Problem;
-        Err(Error::Option { subject, message }.into())
+        self.explained(run())
     }
 
     /// The derivatives of u at all targets with respect to the quantities on which it depends: of rooms and scenes reflectances and emissions of
     /// surfaces, or emissivities, temperatures and given net fluxes; of formulas their parameters. Of a black surface there is none with respect to its
     /// reflectance.
     ///
-    /// Every target takes as many walks as are [asked for](Self::walks), or 100,000, on few cells, and an error plays no part; derivatives by parameters are the solutions of equations of their own, to which all
-    /// settings belong.
+    /// Every target takes as many walks as are [asked for](Self::walks), or 100,000, on few cells, by roulette; an error plays no part, and at a time
+    /// limit they end with what there is. Derivatives by parameters are the solutions of equations of their own, to which all settings belong.
     ///
     /// # Errors
     /// [`SolveError`]; [`Error::Option`], where the equation has no such quantities.
     pub fn sensitivities(&self) -> Result<Sensitivities, SolveError> {
         let run = || -> Result<Sensitivities, SolveError> {
-            let goals = self.goals(&self.targets()?)?;
             self.check_sensitivities()?;
+            let goals = self.goals(&self.targets()?)?;
             let quantities = self.model.quantities();
             if let Some((model, derivatives)) = self.model.with_derivatives(&goals)? {
                 let targets = derivatives.iter().map(|goal| Target {
@@ -235,7 +215,7 @@ impl Solver<'_> {
             let request = Request {
                 goals: &goals,
                 walk: &walk,
-                only_u: true,
+                wanted: Wanted::Derivatives,
             };
             let system = cells.solve()?;
             let mut found = None;
@@ -249,9 +229,15 @@ impl Solver<'_> {
                 let walks = self.settings.walks.unwrap_or(WALKS);
                 let each = walks.div_ceil(REPLICATES as u64);
                 self.watch.walking();
-                replicates.run(job, each, self.watch)?;
-                if self.watch.cancelled() {
-                    return Err(Error::Cancelled);
+                let (mut done, limit) = (0, settings.time_limit);
+                while done < each && limit.is_none_or(|limit| start.elapsed() < limit) {
+                    // Twice as many from look to look.
+                    let more = done.max(FIRST_ROUND).min(each - done);
+                    replicates.run(job, more, self.watch)?;
+                    if self.watch.cancelled() {
+                        return Err(Error::Cancelled);
+                    }
+                    done += more;
                 }
                 let counts = replicates.counts();
                 found = Some(Sensitivities {
@@ -282,29 +268,30 @@ impl Solver<'_> {
         };
         self.explained(run())
     }
-}
 
-impl Solver<'_> {
     /// The settings of the walks: what they find depends little on how well v is known, and a set-up takes longer than they do.
     fn few_cells(&self) -> Settings {
+        let Settings {
+            seed,
+            scalar,
+            time_limit,
+            grading,
+            shadow_cuts,
+            ..
+        } = self.settings;
         let settings = Settings {
-            degree: None,
-            pairs: None,
-            lift: None,
-            ..self.settings.clone()
+            seed,
+            scalar,
+            time_limit,
+            grading,
+            shadow_cuts,
+            last_step: Some(false),
+            ..Settings::default()
         };
         let cut = settings.discretisation();
         let coarse = self.model.coarse_levels(&cut).into_iter();
-        let few = coarse.chain(self.model.levels(&cut)).next();
-        Settings {
-            method: None,
-            cells: few,
-            last_step: Some(false),
-            global: None,
-            sequence: None,
-            tolerance: None,
-            ..settings
-        }
+        let cells = coarse.chain(self.model.levels(&cut)).next();
+        Settings { cells, ..settings }
     }
 }
 

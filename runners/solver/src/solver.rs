@@ -22,9 +22,9 @@ use crate::sweep::{PLAIN_WALKS, Rates, Row, Sweep};
 use crate::systems::{SystemStore, Systems};
 use crate::{Error, Goal, Method, Model, Pairs, Partitioned, Region, Scalar, Settings, WeightFn};
 use fredholm_core::StopReason;
-use fredholm_model::Request;
 use fredholm_model::memory::refuse_beyond_memory;
 use fredholm_model::{Ask, Target, goals};
+use fredholm_model::{Request, Wanted};
 use resolvent::ByResolvent;
 
 pub use error::SolveError;
@@ -533,7 +533,7 @@ impl<'m> Solver<'m> {
         let request = Request {
             goals,
             walk: &walk,
-            only_u: false,
+            wanted: Wanted::All,
         };
         let count = CellCount::of(&*cells);
         let execution = Execution {

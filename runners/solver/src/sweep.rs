@@ -8,7 +8,7 @@ use fredholm_core::{Statistics, StopReason};
 
 use crate::answer::{SolveObserver, Solved, Walks};
 use crate::{Discretisation, Error, Goal, Model, Pairs, Partitioned, Scalar, WalkOptions};
-use fredholm_model::Request;
+use fredholm_model::{Request, Wanted};
 
 pub use fredholm_model::Deterministic;
 pub use rates::{Fits, Rates, Row, exponent, squared};
@@ -93,7 +93,7 @@ impl<'a> Sweep<'a> {
         let request = Request {
             goals: &goals,
             walk: &walk,
-            only_u: true,
+            wanted: Wanted::U,
         };
         let maker = Walks {
             model: self.model,

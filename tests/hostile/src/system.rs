@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 use fredholm::circle::{Emission, Harmonic};
-use fredholm::model::Request;
+use fredholm::model::{Request, Wanted};
 use fredholm::room::{Material, Surfaces};
 use fredholm::sphere::Parameters;
 use fredholm::systems::SavedSystem;
@@ -149,7 +149,7 @@ fn walk(model: &dyn Model, settings: &Settings, system: &dyn System) {
     let request = Request {
         goals: &goals,
         walk: &settings.walk_options(),
-        only_u: true,
+        wanted: Wanted::U,
     };
     // Numbers of any size may overflow: that is an error of the walk.
     let _ = system.job(&request, &mut |prepared| {

@@ -10,7 +10,7 @@ use std::collections::VecDeque;
 
 use fredholm::answer::{Answer, Solved, Walks};
 use fredholm::cost::WalkCost;
-use fredholm::model::{Model, Partitioned, Request};
+use fredholm::model::{Model, Partitioned, Request, Wanted};
 use fredholm::{Choices, Estimator, Goal, Pairs, Settings, Tolerance, WalkOptions};
 use fredholm_core::{MIN_BATCHES, Statistics, next_stage};
 use fredholm_file::Resolved;
@@ -183,7 +183,7 @@ impl<'p> Opened<'p> {
         Request {
             goals: &self.goals,
             walk,
-            only_u: false,
+            wanted: Wanted::All,
         }
     }
 

@@ -152,6 +152,17 @@ fn what_is_no_solution_is_refused_at_its_place() {
         &["t.csv:2:1", "none named \"middle\""],
     );
     refuse(&line, &table("# nothing\n"), &["has no values"]);
+    // What a terminal must not be given, and what belongs to other problems.
+    refuse(
+        &line,
+        &table("name,x,u\na\u{7}b,0.5,0.6\n"),
+        &["control characters"],
+    );
+    refuse(
+        &line,
+        &table("component,x,u\n1,0.5,0.6\n"),
+        &["`component` belongs to systems"],
+    );
     refuse(&room, &table("roof,0.5,1\n"), &["t.csv:1:1", "roof"]);
     refused(&fredholm(&["certify", &line]), &["--with"]);
     refused(

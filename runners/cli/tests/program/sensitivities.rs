@@ -165,6 +165,24 @@ fn derivatives_by_parameters_have_a_closed_form() {
 }
 
 #[test]
+fn walks_that_miss_their_error_or_their_time_have_derivatives() {
+    let folder = Folder::new();
+    let late = HEAT.replace(
+        "walks = 100000",
+        "walks = 2000\ntarget_error = 1e-9\nabsorption = 0.2",
+    );
+    let ran = folder.solve(&late, &["--json", "--sensitivities", "--no-global"]);
+    assert_eq!(ran.status, Some(3), "{ran:?}");
+    assert_eq!(derivatives(&ran.json()).len(), 14);
+    // At a time limit they end with what there is.
+    let long = HEAT.replace("100000", "1000000000");
+    let args = ["--json", "--sensitivities", "--time-limit", "0.3"];
+    let json = folder.solve(&long, &args).json();
+    let walks = number(&json["sensitivities"], "walks");
+    assert!((4096.0..1e9).contains(&walks), "{walks}");
+}
+
+#[test]
 fn what_has_no_derivatives_says_so() {
     let folder = Folder::new();
     let refuse = |problem: &str, words: &[&str]| {

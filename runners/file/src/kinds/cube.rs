@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use crate::formula::{Formula, Variables};
 use fredholm::cube::CubeModel;
-use fredholm::{Derivatives, Error, Quantity, Region, Target};
+use fredholm::{Error, Region, Target};
 
 use super::functions::Formulas;
-use super::parameters::{independent, unused};
+use super::parameters::{derivatives, unused};
 use super::space::{Space, check_formula};
 use super::{Kind, KindEntry, shared};
 use crate::place::{InputError, Place, Placed};
@@ -107,33 +107,6 @@ impl Cube {
         }
     }
 
-    /// The derivatives of kernel and source by the parameters, if there are some.
-    fn derivatives(&self, file: &ProblemFile) -> Result<Option<Derivatives>, InputError> {
-        let (numbers, quantities): (Vec<usize>, Vec<Quantity>) =
-            independent(file, &self.space).into_iter().unzip();
-        if quantities.is_empty() {
-            return Ok(None);
-        }
-        let slopes = |text: &Placed<String>| self.space.slopes(file, text, &numbers);
-        let kernels = self.kernel.texts().iter().map(slopes);
-        let kernels = kernels.collect::<Result<Vec<_>, _>>()?;
-        let source = slopes(&self.source)?;
-        let is_product = matches!(self.kernel, KernelText::Factors(_));
-        Ok(Some(Derivatives {
-            quantities,
-            kernel: Box::new(move |q, _, x, y| match is_product {
-                false => kernels[0][q].value(x, y)[1],
-                true => {
-                    let factors = kernels.iter().zip(x.iter().zip(y));
-                    let factors = factors.map(|(own, (x, y))| own[q].value(&[*x], &[*y]));
-                    let product = |[a, da]: [f64; 2], [b, db]: [f64; 2]| [a * b, a * db + da * b];
-                    factors.fold([1.0, 0.0], product)[1]
-                }
-            }),
-            source: Box::new(move |q, _, x| source[q].value(x, &[])[1]),
-        }))
-    }
-
     fn validate_kernel(&self, file: &ProblemFile) -> Result<(), InputError> {
         match &self.kernel {
             KernelText::General(text) => check_formula(file, text, self.space.pair()),
@@ -193,7 +166,12 @@ impl Kind for Cube {
             weights,
         };
         let model = CubeModel::new(Arc::new(formulas)).with_edges(self.space.edges());
-        let model = match self.derivatives(file)? {
+        let model = match derivatives(
+            file,
+            &self.space,
+            &[vec![self.kernel.texts()]],
+            &[&self.source],
+        )? {
             Some(derivatives) => model.with_derivatives(derivatives),
             None => model,
         };

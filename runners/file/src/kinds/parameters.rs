@@ -1,9 +1,9 @@
 //! Numbers with names, which formulas know.
 
-use fredholm::Quantity;
+use fredholm::{Derivatives, Quantity};
 use toml::de::DeValue;
 
-use crate::formula::{Parameter, constant, occurrences, refused_name};
+use crate::formula::{Parameter, Slope, constant, occurrences, refused_name};
 
 use super::space::Space;
 use crate::ProblemFile;
@@ -59,7 +59,7 @@ pub(super) fn unused(file: &ProblemFile, parameters: &Placed<Vec<Parameter>>) ->
 }
 
 /// The parameters by which derivatives are taken: numbers by which no end of the domain and no edge is given.
-pub(super) fn independent(file: &ProblemFile, space: &Space) -> Vec<(usize, Quantity)> {
+fn independent(file: &ProblemFile, space: &Space) -> Vec<(usize, Quantity)> {
     let places = [
         space.domain.as_ref().map(|domain| &domain.place),
         space.edges.as_ref().map(|edges| &edges.place),
@@ -80,6 +80,51 @@ pub(super) fn independent(file: &ProblemFile, space: &Space) -> Vec<(usize, Quan
         (number, quantity)
     })
     .collect()
+}
+
+/// A formula with its derivatives by all of some parameters.
+type Slopes = Vec<Slope>;
+
+/// The derivatives by the parameters, if there are some, of K_ij by [i, j], which is one formula or one for each axis, and of F_i.
+///
+/// # Errors
+/// What is wrong with a formula, at its place.
+pub(super) fn derivatives(
+    file: &ProblemFile,
+    space: &Space,
+    kernels: &[Vec<&[Placed<String>]>],
+    sources: &[&Placed<String>],
+) -> Result<Option<Derivatives>, InputError> {
+    let (numbers, quantities): (Vec<usize>, Vec<Quantity>) =
+        independent(file, space).into_iter().unzip();
+    if quantities.is_empty() {
+        return Ok(None);
+    }
+    let slopes = |text: &Placed<String>| -> Result<Slopes, InputError> {
+        let slope = |&number: &usize| {
+            Slope::new(&text.value, &space.parameters.value, number)
+                .map_err(|error| file.error_within(text, error.span, error.message))
+        };
+        numbers.iter().map(slope).collect()
+    };
+    let factors = |own: &&[Placed<String>]| own.iter().map(slopes).collect();
+    let row = |own: &Vec<&[Placed<String>]>| own.iter().map(factors).collect();
+    let kernels: Vec<Vec<Vec<Slopes>>> = kernels.iter().map(row).collect::<Result<_, _>>()?;
+    let sources = sources.iter().map(|text| slopes(text));
+    let sources = sources.collect::<Result<Vec<_>, _>>()?;
+    Ok(Some(Derivatives {
+        quantities,
+        kernel: Box::new(move |q, [i, j], x, y| match &*kernels[i][j] {
+            [one] => one[q].value(x, y)[1],
+            factors => {
+                let axes = factors.iter().zip(x.iter().zip(y));
+                let axes = axes.map(|(own, (x, y))| own[q].value(&[*x], &[*y]));
+                let product = |[a, da]: [f64; 2], [b, db]: [f64; 2]| [a * b, a * db + da * b];
+                axes.fold([1.0, 0.0], product)[1]
+            }
+        }),
+        source: Box::new(move |q, i, x| sources[i][q].value(x, &[])[1]),
+    }))
 }
 
 /// The number here, or that of the formula here.

@@ -1,6 +1,6 @@
 //! What formulas are functions of: the points of a product of intervals, and numbers with names; and what is asked for there.
 
-use crate::formula::{self, Parameter, Slope, Variables};
+use crate::formula::{self, Parameter, Variables};
 use fredholm::{Ask, Method, Region, Target};
 
 use super::parameters::{number, read_parameters};
@@ -67,20 +67,6 @@ impl Space {
             two: true,
             ..self.point()
         }
-    }
-
-    /// A formula with its derivatives by the parameters of these numbers.
-    pub(super) fn slopes(
-        &self,
-        file: &ProblemFile,
-        text: &Placed<String>,
-        numbers: &[usize],
-    ) -> Result<Vec<Slope>, InputError> {
-        let slope = |&number: &usize| {
-            Slope::new(&text.value, &self.parameters.value, number)
-                .map_err(|error| file.error_within(text, error.span, error.message))
-        };
-        numbers.iter().map(slope).collect()
     }
 
     /// The ends of every axis' interval; none for [0, 1]^d.

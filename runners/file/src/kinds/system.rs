@@ -1,10 +1,10 @@
 //! `[problem]` with `kind = "system"`, and what it asks of the rest of the file.
 
-use crate::formula::{Formula, Slope};
+use crate::formula::Formula;
 use fredholm::system::{MOST_COMPONENTS, MOST_DIMENSIONS, SystemModel};
-use fredholm::{Derivatives, Error, Quantity, Region, Scalar, Target};
+use fredholm::{Error, Region, Scalar, Target};
 
-use super::parameters::{independent, unused};
+use super::parameters::{derivatives, unused};
 use super::space::{Space, check_formula};
 use super::{Kind, KindEntry, shared};
 use crate::place::{InputError, Place, Placed};
@@ -110,29 +110,6 @@ impl System {
         )
     }
 
-    /// The derivatives of kernels and sources by the parameters, if there are some.
-    fn derivatives(&self, file: &ProblemFile) -> Result<Option<Derivatives>, InputError> {
-        let (numbers, quantities): (Vec<usize>, Vec<Quantity>) =
-            independent(file, &self.space).into_iter().unzip();
-        if quantities.is_empty() {
-            return Ok(None);
-        }
-        let slopes = |text: &Placed<String>| self.space.slopes(file, text, &numbers);
-        let row = |own: &SystemEquation| own.kernel.value.iter().map(slopes).collect();
-        let kernels: Vec<Vec<Vec<Slope>>> = self
-            .all()
-            .iter()
-            .map(row)
-            .collect::<Result<_, InputError>>()?;
-        let sources = self.all().iter().map(|own| slopes(&own.source));
-        let sources = sources.collect::<Result<Vec<_>, _>>()?;
-        Ok(Some(Derivatives {
-            quantities,
-            kernel: Box::new(move |q, [i, j], x, y| kernels[i][j][q].value(x, y)[1]),
-            source: Box::new(move |q, i, x| sources[i][q].value(x, &[])[1]),
-        }))
-    }
-
     fn formula(&self, text: &Placed<String>) -> Result<Formula<f64>, Error> {
         Formula::new(&text.value, &self.space.parameters.value)
             .map_err(|_| Error::Internal("a formula that was not checked"))
@@ -210,7 +187,13 @@ impl Kind for System {
         let (targets, weights) = self.space.targets(file, &point, &Region::Part)?;
         let fail = |error| file.explain(&error);
         let mut model = self.model().map_err(fail)?;
-        if let Some(derivatives) = self.derivatives(file)? {
+        let kernels = self.all().iter().map(|own| {
+            let row = own.kernel.value.iter();
+            row.map(core::slice::from_ref).collect()
+        });
+        let kernels: Vec<Vec<&[Placed<String>]>> = kernels.collect();
+        let sources: Vec<&Placed<String>> = self.all().iter().map(|own| &own.source).collect();
+        if let Some(derivatives) = derivatives(file, &self.space, &kernels, &sources)? {
             model = model.with_derivatives(derivatives);
         }
         for (text, component) in weights {

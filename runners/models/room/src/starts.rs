@@ -7,7 +7,7 @@ use fredholm_core::{
 };
 use fredholm_model::channels::{self, with_sum};
 use fredholm_model::heat::{RadiativeExchange as _, certain};
-use fredholm_model::{Dependent, Error, Model as _, Region, Request, WithJob};
+use fredholm_model::{Error, Model as _, Region, Request, SurfaceQuantities, Wanted, WithJob};
 use fredholm_room::{Grey, Irradiance, Point, Room, Seen, Tint, Wide};
 
 use crate::RoomModel;
@@ -45,7 +45,7 @@ impl RoomModel {
         }
         // Where irradiance does not follow from u it takes walks of its own.
         for region in &regions {
-            if weights.is_empty() && self.takes_walks(region, request.only_u) {
+            if weights.is_empty() && self.takes_walks(region, request.wanted.is_only_u()) {
                 let start = match self.start(equation, region)? {
                     Start::Point(at) => Start::Light(Irradiance(at)),
                     Start::Mean(mean) => Start::LightMean(Irradiance(mean)),
@@ -59,11 +59,10 @@ impl RoomModel {
         let job = Goals::new(&walked, &*follow.neighbour, &goals, request.walk.for_core());
         let known = certain(self, self.colours(), request.goals);
         let job = job.with_sum(weights).with_certain(&known);
-        // A last step to the light is no walk of u itself.
-        if self.colours().is_some() || request.walk.last_step {
+        if request.wanted != Wanted::Derivatives {
             return then(&job, &galerkin, None);
         }
-        let dependent = Dependent::new(self, &|surface| self.part(surface));
+        let dependent = SurfaceQuantities::new(self, &|surface| self.part(surface));
         let of = |x: &Point<F>, _: usize, each: &mut dyn FnMut(Dependence)| {
             if let Some(place) = self.scene.place(x.wall()) {
                 let own = dependent.of_part(place.surface, place.vertex);

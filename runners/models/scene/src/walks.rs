@@ -9,7 +9,9 @@ use fredholm_model::channels::{self, with_sum};
 use fredholm_model::cost::PointwisePairs;
 use fredholm_model::heat::{RadiativeExchange as _, certain};
 use fredholm_model::numbers::largest;
-use fredholm_model::{Dependent, Error, Model as _, Prepared, Region, Request, Then};
+use fredholm_model::{
+    Error, Model as _, Prepared, Region, Request, SurfaceQuantities, Then, Wanted,
+};
 use fredholm_scene::{Point, Sources, Tint, Wide};
 
 use crate::partition::{Cut, Walked};
@@ -90,7 +92,7 @@ impl Cut<'_> {
             });
         }
         for (region, origin) in regions.iter().zip(&origins) {
-            if model.colours().is_none() && model.takes_walks(region, request.only_u) {
+            if model.colours().is_none() && model.takes_walks(region, request.wanted.is_only_u()) {
                 goals.push(Goal {
                     functional: Origin::Arriving(origin),
                     control_mean: None,
@@ -105,12 +107,9 @@ impl Cut<'_> {
         let colours = model.colours().filter(|_| !has_others);
         let known = certain(model, colours, request.goals);
         let job = job.with_sum(model.weights()).with_certain(&known);
-        let dependent = match model.colours() {
-            None if model.adjoint.is_none() && !request.walk.last_step => {
-                Some(Dependent::new(model, &|surface| model.part(surface)))
-            }
-            _ => None,
-        };
+        let is_asked = request.wanted == Wanted::Derivatives;
+        let dependent =
+            is_asked.then(|| SurfaceQuantities::new(model, &|surface| model.part(surface)));
         // Walks are of w = u − F_s: see `LastStep`.
         let of = |x: &Point<F>, channel: usize, each: &mut dyn FnMut(Dependence)| {
             let surface = model.scene.place(x.face as usize);

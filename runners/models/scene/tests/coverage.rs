@@ -3,7 +3,7 @@
 //! `FREDHOLM_LONG=1`: 1,000 seeds; else 100. `--nocapture` prints the shares.
 
 use fredholm_core::{Absorption, Batch, Estimate, Estimator};
-use fredholm_model::{Goal, Model, Request, Scalar, Settings, WalkOptions};
+use fredholm_model::{Goal, Model, Request, Scalar, Settings, WalkOptions, Wanted};
 use fredholm_scene_model::{Enclosure, Material, NamedSurface, SceneModel, shapes};
 
 const RHO: f64 = 0.6;
@@ -82,7 +82,7 @@ fn intervals_contain_the_exact_value() {
                 let request = Request {
                     goals: &goals,
                     walk: &walk,
-                    only_u: true,
+                    wanted: Wanted::U,
                 };
                 system
                     .job(&request, &mut |prepared| {

@@ -5,7 +5,7 @@ use fredholm_core::{Absorption, Batch, Estimate, Estimator};
 use fredholm_model::channels::ChannelNames;
 use fredholm_model::{
     GlobalQuantity, GlobalRequest, Goal, IMAGE_HEAD, Model, Region, Request, Scalar, Settings,
-    System, WalkOptions, WholeValues,
+    System, WalkOptions, Wanted, WholeValues,
 };
 use fredholm_rayon::Observer;
 use fredholm_scene_model::{
@@ -85,7 +85,7 @@ fn solved(
     let request = Request {
         goals,
         walk: &walk,
-        only_u: false,
+        wanted: Wanted::All,
     };
     let (mut all, mut galerkin) = (Vec::new(), Vec::new());
     system
@@ -219,7 +219,7 @@ fn plain_walks_and_constant_absorption_agree() {
     let request = Request {
         goals: &goals,
         walk: &walk,
-        only_u: true,
+        wanted: Wanted::U,
     };
     cells
         .plain_job(&request, &mut |prepared| {

@@ -39,7 +39,7 @@ use crate::answer::{Answer, Gave, SolveObserver, Solved};
 use crate::execute::{CellCount, Execute, Execution};
 use crate::whole::GlobalEstimate;
 use crate::{Error, Goal, Method, Model, Sequence, Settings, SolveError};
-use fredholm_model::Request;
+use fredholm_model::{Request, Wanted};
 use fredholm_model::{Target, goals};
 
 use course::{Course, End};
@@ -231,7 +231,7 @@ pub(crate) fn solve_either<'m>(
         let request = Request {
             goals,
             walk: &walk,
-            only_u: false,
+            wanted: Wanted::All,
         };
         let execution = Execution {
             execute,

@@ -21,7 +21,7 @@ use super::pilot::{Known, Pilot, Sample, Walked};
 use super::setting::Setting;
 use super::systems::Systems;
 use crate::answer::{Answer, SolveObserver, Solved, Walks};
-use crate::model::Request;
+use crate::model::{Request, Wanted};
 use crate::{Error, Model, Partitioned, Settings, WalkOptions};
 use fredholm_model::{About, Target};
 use lift::Lifts;
@@ -480,7 +480,7 @@ impl<'m> Search<'m> {
         let request = Request {
             goals: &self.sample.goals,
             walk: &walk,
-            only_u: false,
+            wanted: Wanted::All,
         };
         let watch = Quiet(self.watch);
         let answer = match &solved {

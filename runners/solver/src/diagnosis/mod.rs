@@ -21,9 +21,9 @@ use crate::{
     Choices, Error, Goal, Model, Pairs, Settings, Subject, WalkOptions,
     memory::refuse_beyond_memory,
 };
-use fredholm_model::Request;
 use fredholm_model::numbers::short;
 use fredholm_model::{Examined, in_parallel};
+use fredholm_model::{Request, Wanted};
 use places::{Summed, shares_of_sites};
 
 /// Bytes of a pair of sites: moments, contributions, and a list of these.
@@ -94,7 +94,7 @@ pub fn diagnose(
         let request = Request {
             goals,
             walk: &WalkOptions { pairs, ..walk },
-            only_u: true,
+            wanted: Wanted::U,
         };
         let mut diagnosis = None;
         solved.system.examine(&request, nodes, &mut |subject| {

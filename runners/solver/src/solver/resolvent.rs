@@ -5,7 +5,7 @@ use fredholm_model::resolvent::{ResolventAnswer, ResolventFound, ResolventQuesti
 use std::sync::{Mutex, Once, PoisonError};
 use std::time::Instant;
 
-use fredholm_model::{Prepared, Request};
+use fredholm_model::{Prepared, Request, Wanted};
 use fredholm_rayon::Observer;
 
 use super::Solver;
@@ -150,7 +150,7 @@ impl<'m> Solver<'m> {
         let request = Request {
             goals,
             walk: &settings.walk_options(),
-            only_u: true,
+            wanted: Wanted::U,
         };
         let walks = execution.walks(self.model);
         let answer = walks.run_as(&request, self.watch, prepared.job, &set_up)?;

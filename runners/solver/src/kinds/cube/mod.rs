@@ -351,8 +351,8 @@ impl Model for CubeModel {
     }
 
     fn quantities(&self) -> Vec<Quantity> {
-        let derivatives = self.derivatives.iter();
-        derivatives.flat_map(|own| own.quantities.clone()).collect()
+        let own = self.derivatives.as_ref();
+        own.map_or(Vec::new(), |own| own.quantities.clone())
     }
 
     fn with_derivatives(&self, goals: &[Goal]) -> Result<Option<Differentiated<'_>>, Error> {
