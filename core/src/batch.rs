@@ -31,6 +31,12 @@ pub struct Batch {
     next: u64,
     end: u64,
     statistics: Statistics,
+    /// The walk that has scored last, and what it has scored so far, where walks score bit by bit: it is not in the statistics yet.
+    #[cfg_attr(feature = "serde", serde(default))]
+    accrued: Option<(u64, f64)>,
+    /// Walks that are not in the statistics since they scored nothing.
+    #[cfg_attr(feature = "serde", serde(default))]
+    silent: u64,
 }
 
 impl Batch {
@@ -42,6 +48,8 @@ impl Batch {
             next,
             end: next.saturating_add(size).min(walks),
             statistics: Statistics::default(),
+            accrued: None,
+            silent: 0,
         }
     }
 
@@ -74,10 +82,34 @@ impl Batch {
         Ok(())
     }
 
+    /// Adds to what a walk scores, of a batch whose walks mostly score nothing. The first call of a walk comes behind the last one of those before.
+    #[inline]
+    pub(crate) fn accrue(&mut self, walk: u64, score: f64) {
+        match &mut self.accrued {
+            Some((last, sum)) if *last == walk => *sum += score,
+            accrued => {
+                if let Some((_, sum)) = accrued.replace((walk, score)) {
+                    self.statistics.push_score(sum);
+                }
+            }
+        }
+    }
+
+    /// Counts the walks of another batch as those of this one, too: those of them that did not score here scored nothing.
+    pub(crate) fn keep_up_with(&mut self, other: &Self) {
+        (self.next, self.silent) = (other.next, 0);
+        self.silent = other.walks().saturating_sub(self.walks());
+    }
+
+    /// The number of its walks so far.
+    const fn walks(&self) -> u64 {
+        self.statistics.walks() + self.accrued.is_some() as u64 + self.silent
+    }
+
     /// The walk that is next, and its place among those of the batch; `None`: all have been run.
     #[inline(always)]
     pub(crate) fn next_number(&self) -> Option<WalkNumber> {
-        let replicate = self.next.saturating_sub(self.statistics.walks());
+        let replicate = self.next.saturating_sub(self.walks());
         (!self.is_done()).then_some(WalkNumber {
             walk: self.next,
             replicate,
@@ -138,7 +170,7 @@ impl Batch {
     /// ```
     pub fn become_sum(&mut self, parts: &[Self], weights: &[f64]) {
         let Some(first) = parts.first() else { return };
-        let terms = parts.iter().map(|part| &part.statistics).zip(weights);
+        let terms = parts.iter().map(Self::statistics).zip(weights);
         self.statistics = Statistics::of_sum(terms);
         self.next = first.next;
     }
@@ -162,7 +194,18 @@ impl Batch {
 
     /// The statistics of the walks so far.
     #[must_use]
-    pub const fn statistics(&self) -> &Statistics {
-        &self.statistics
+    pub fn statistics(&self) -> Statistics {
+        if self.accrued.is_none() && self.silent == 0 {
+            return self.statistics;
+        }
+        let mut all = self.statistics;
+        if let Some((_, sum)) = self.accrued {
+            all.push_score(sum);
+        }
+        all.merge(&Statistics::of_silent(self.silent));
+        if self.statistics.replicates() > 0 {
+            all.become_replicate();
+        }
+        all
     }
 }

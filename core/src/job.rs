@@ -4,11 +4,11 @@ use core::marker::PhantomData;
 
 use crate::rand_core::{Rng, SeedableRng};
 use crate::uniforms::ControlDraws;
-use crate::walk::{Course, Followed, with_course};
+use crate::walk::{Course, Followed, Visitor, with_course};
 use crate::{
     Absorption, Batch, DefaultGenerator, Equation, Form, Functional, Generators, Length,
-    NeighbourOf, NotFinite, RngUniforms, STEP_LIMIT, Start, Value, Walk, WalkNumber, WalkSeeds,
-    WideOf,
+    NeighbourOf, NotFinite, RngUniforms, STEP_LIMIT, Start, Uniforms, Value, Walk, WalkNumber,
+    WalkSeeds, WideOf,
 };
 
 /// A run's walks, without any type of the problem: equation, neighbour equation, goals, absorption, seed,
@@ -24,6 +24,11 @@ pub trait Job: Sync {
     /// goals.
     fn shared(&self) -> usize {
         1
+    }
+
+    /// The number of those that share their walks whose errors tell when these end: the first so many.
+    fn decisive(&self) -> usize {
+        self.shared()
     }
 
     /// Runs at most `at_most` further walks of a batch of each of the goals that share walks, of which `first` is the first
@@ -203,11 +208,12 @@ impl<'a, E: Equation, N: ?Sized, T> Goals<'a, E, N, T> {
     }
 }
 
-/// A walk, (v, Φ) or its own part of it, and what it knows by itself.
-struct Score<V, W> {
-    walk: Walk<V>,
-    value: W,
-    known: W,
+/// A walk, φ in its start, (v, Φ) or its own part of it, and what it knows by itself.
+pub(crate) struct Score<E: Equation> {
+    pub(crate) walk: Walk<E::Value>,
+    pub(crate) phi: E::Scalar,
+    value: WideOf<E>,
+    known: WideOf<E>,
 }
 
 impl<'a, E: Equation, N: ?Sized, T, G> Goals<'a, E, N, T, G> {
@@ -239,7 +245,7 @@ impl<'a, E: Equation, N: ?Sized, T, G> Goals<'a, E, N, T, G> {
     }
 
     /// The statistics of a goal: one for each channel, and one for the sum.
-    fn statistics(&self) -> usize {
+    pub(crate) fn statistics(&self) -> usize {
         self.equation.channels() + usize::from(!self.weights.is_empty())
     }
 }
@@ -251,16 +257,16 @@ where
     T: Functional<E>,
     G: Generators,
 {
-    /// A walk of a goal.
+    /// A walk of a goal, whose states are shown to a visitor with weight 1 in the first.
     #[inline(always)]
-    fn follow(
+    pub(crate) fn follow<B: Visitor<E::Point, E::Scalar, E::Value>>(
         &self,
         goal: &Goal<T, WideOf<E>>,
         seeds: &WalkSeeds<G>,
         course: Course<E::Scalar>,
-        number: WalkNumber,
-        memory: &mut G::Memory,
-    ) -> Score<E::Value, WideOf<E>> {
+        (number, memory): (WalkNumber, &mut G::Memory),
+        beside: &mut B,
+    ) -> Score<E> {
         let mut draws = RngUniforms(G::generator(seeds, number, memory));
         let mut control_draws = ControlDraws::<G::Random>::new(seeds, number.walk);
         let Start { point, phi, known } = goal.functional.start(self.equation, &mut draws);
@@ -275,8 +281,10 @@ where
             form: self.options.form,
             length: self.options.length(),
         };
+        let draws = (&mut draws, &mut control_draws as &mut dyn Uniforms<_>);
         Score {
-            walk: followed.scored(x0, phi, course, &mut draws, &mut control_draws),
+            walk: followed.scored((x0, phi), course, draws, beside),
+            phi,
             value,
             known: known.wide().plus(&goal.known),
         }
@@ -318,7 +326,8 @@ where
         let own = self.goals.get(goal)?;
         let seeds = WalkSeeds::new(self.options.seed, goal as u64);
         let course = Course::of(self.options.absorption);
-        let score = self.follow(own, &seeds, course, number, &mut G::Memory::default());
+        let number = (number, &mut G::Memory::default());
+        let score = self.follow(own, &seeds, course, number, &mut ());
         Some(score.walk)
     }
 
@@ -336,10 +345,23 @@ where
     ) -> Result<(), NotFinite> {
         let course = Course::of(self.options.absorption);
         let outcome = with_course!(course, course => self.run_walks((goal, number), course, batches, at_most));
+        Self::end(batches);
+        outcome
+    }
+
+    /// Says which of these batches are certain, of which the first has this number.
+    pub(crate) fn mark_certain(&self, first: usize, batches: &mut [Batch]) {
+        let certain = self.certain.get(first..).unwrap_or_default();
+        for (batch, _) in batches.iter_mut().zip(certain).filter(|own| *own.1) {
+            batch.become_certain();
+        }
+    }
+
+    /// Says what batches are whose walks have been run: one sample, if the walks are those of a sequence.
+    pub(crate) fn end(batches: &mut [Batch]) {
         if G::IS_SEQUENCE {
             batches.iter_mut().for_each(Batch::become_replicate);
         }
-        outcome
     }
 
     #[inline(always)]
@@ -356,7 +378,8 @@ where
         while left > 0
             && let Some(number) = batches.first().and_then(Batch::next_number)
         {
-            let score = self.follow(own, &seeds, course, number, &mut memory);
+            let number = (number, &mut memory);
+            let score = self.follow(own, &seeds, course, number, &mut ());
             self.push(&score, batches)?;
             left -= 1;
         }
@@ -365,11 +388,7 @@ where
 
     /// Adds a walk to the statistics of every channel, and of the sum.
     #[inline(always)]
-    fn push(
-        &self,
-        score: &Score<E::Value, WideOf<E>>,
-        batches: &mut [Batch],
-    ) -> Result<(), NotFinite> {
+    pub(crate) fn push(&self, score: &Score<E>, batches: &mut [Batch]) -> Result<(), NotFinite> {
         let walk = &score.walk;
         let of = |channel: usize| Walk {
             plain: walk.plain.get(channel),
@@ -444,10 +463,7 @@ where
             return Ok(());
         };
         self.run_goal(own, goal as u64, batches, at_most)?;
-        let certain = self.certain.get(first..).unwrap_or_default();
-        for (batch, _) in batches.iter_mut().zip(certain).filter(|own| *own.1) {
-            batch.become_certain();
-        }
+        self.mark_certain(first, batches);
         Ok(())
     }
 }

@@ -217,7 +217,7 @@ pub enum StopReason {
 ///                 let mut batches = vec![Batch::new(index, options.batch, options.walks); job.shared()];
 ///                 job.run(first, &mut batches, u64::MAX)?;
 ///                 for (all, batch) in statistics[first..].iter_mut().zip(&batches) {
-///                     all.merge(batch.statistics());
+///                     all.merge(&batch.statistics());
 ///                 }
 ///             }
 ///         }

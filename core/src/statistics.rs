@@ -136,6 +136,18 @@ impl Statistics {
         self.zeta.push(plain - control, per_walk);
     }
 
+    /// Adds a walk that scored this, without a control variate; its states are counted elsewhere.
+    #[inline]
+    pub(crate) fn push_score(&mut self, score: f64) {
+        let walk = Walk {
+            plain: score,
+            control: 0.0,
+            states: 0,
+            termination: Termination::Absorbed,
+        };
+        self.push(&walk, 0.0, 0.0);
+    }
+
     /// Adds the walks of `other`, which follow those already here. Merging is not associative in
     /// the last bits: merge batches in their order, never in order of arrival.
     pub fn merge(&mut self, other: &Self) {
@@ -191,8 +203,16 @@ impl Statistics {
         }
     }
 
+    /// So many walks that scored nothing.
+    pub(crate) fn of_silent(walks: u64) -> Self {
+        Self {
+            walks,
+            ..Self::default()
+        }
+    }
+
     /// The statistics of a weighted sum of functionals with independent walks, of which each has as many.
-    pub(crate) fn of_sum<'a>(terms: impl Iterator<Item = (&'a Self, &'a f64)>) -> Self {
+    pub(crate) fn of_sum<'a>(terms: impl Iterator<Item = (Self, &'a f64)>) -> Self {
         let mut sum = Self::default();
         for (own, &weight) in terms {
             sum.walks = own.walks;

@@ -187,10 +187,10 @@ pub struct Both<V> {
 
 /// What is done with the states of a walk.
 pub(crate) trait Visitor<P, F, V> {
-    /// The walk has come to a state.
+    /// The walk has come to a state, with these weights.
     #[inline(always)]
-    fn enter(&mut self, x: &Located<P>) {
-        let _ = x;
+    fn enter(&mut self, x: &Located<P>, weights: &Both<V>) {
+        let _ = (x, weights);
     }
 
     /// Both equations score in the state that was entered last, which has these weights, times `share`.
@@ -203,6 +203,44 @@ pub(crate) trait Visitor<P, F, V> {
     #[inline(always)]
     fn step(&mut self, factors: &Both<V>) {
         let _ = factors;
+    }
+}
+
+/// Looks at nothing.
+impl<P, F, V> Visitor<P, F, V> for () {
+    #[inline(always)]
+    fn score(&mut self, _: &Both<V>, _: &Both<V>, _: F) {}
+
+    #[inline(always)]
+    fn score_step(&mut self, _: &Both<V>, _: &V) {}
+}
+
+/// One after the other.
+impl<P, F: Copy, V, A: Visitor<P, F, V>, B: Visitor<P, F, V>> Visitor<P, F, V>
+    for (&mut A, &mut B)
+{
+    #[inline(always)]
+    fn enter(&mut self, x: &Located<P>, weights: &Both<V>) {
+        self.0.enter(x, weights);
+        self.1.enter(x, weights);
+    }
+
+    #[inline(always)]
+    fn score(&mut self, weights: &Both<V>, scores: &Both<V>, share: F) {
+        self.0.score(weights, scores, share);
+        self.1.score(weights, scores, share);
+    }
+
+    #[inline(always)]
+    fn score_step(&mut self, weights: &Both<V>, difference: &V) {
+        self.0.score_step(weights, difference);
+        self.1.score_step(weights, difference);
+    }
+
+    #[inline(always)]
+    fn step(&mut self, factors: &Both<V>) {
+        self.0.step(factors);
+        self.1.step(factors);
     }
 }
 
@@ -287,7 +325,7 @@ impl<E: Equation, N: NeighbourOf<E> + ?Sized> Followed<'_, E, N> {
         let mut states = 0;
         while states < self.length.step_limit {
             states += 1;
-            visitor.enter(&x);
+            visitor.enter(&x, &weights);
             let is_forced = states <= self.length.forced_steps;
             if is_forced || !matches!(course, Course::Absorbed(_)) {
                 let scores = Both {
@@ -426,22 +464,27 @@ where
         length: options.length(),
     };
     let course = Course::of(options.absorption);
-    followed.scored(start.0, start.1, course, uniforms, control_draws)
+    followed.scored(start, course, (uniforms, control_draws), &mut ())
 }
 
 impl<E: Equation, N: NeighbourOf<E> + ?Sized> Followed<'_, E, N> {
-    /// A walk from x0 with weight φ(x0), and its scores.
+    /// A walk from x0 with weight φ(x0), and its scores. Its states are shown to another visitor, too, with weight 1 in x0.
     #[inline(always)]
-    pub(crate) fn scored<U: Uniforms<E::Scalar>>(
+    pub(crate) fn scored<U, T>(
         &self,
-        x0: Located<E::Point>,
-        phi: E::Scalar,
+        (x0, phi): (Located<E::Point>, E::Scalar),
         course: Course<E::Scalar>,
-        uniforms: &mut U,
-        control_draws: &mut dyn Uniforms<E::Scalar>,
-    ) -> Walk<E::Value> {
+        (uniforms, control_draws): (&mut U, &mut dyn Uniforms<E::Scalar>),
+        beside: &mut T,
+    ) -> Walk<E::Value>
+    where
+        U: Uniforms<E::Scalar>,
+        T: Visitor<E::Point, E::Scalar, E::Value>,
+    {
         let mut sums = Sums::new(self.equation.channels());
-        let (states, mut termination) = self.walk(x0, course, uniforms, control_draws, &mut sums);
+        let mut visitor = (&mut sums, beside);
+        let (states, mut termination) =
+            self.walk(x0, course, uniforms, control_draws, &mut visitor);
         let Both {
             equation,
             neighbour,

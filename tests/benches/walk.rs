@@ -55,7 +55,7 @@ fn degrees(c: &mut Criterion) {
             let run = || {
                 let mut batches = [Batch::new(0, WALKS, WALKS)];
                 job.run(0, &mut batches, u64::MAX).unwrap();
-                *batches[0].statistics()
+                batches[0].statistics()
             };
             group.throughput(Throughput::Elements(run().states()));
             group.bench_function(BenchmarkId::new("degree", B - 1), |b| b.iter(run));

@@ -60,7 +60,6 @@ mod band;
 mod chain;
 mod replicate;
 mod scores;
-mod sensitivity;
 mod suffixes;
 mod task;
 #[cfg(test)]
@@ -70,5 +69,4 @@ pub use band::{MOST_REPLICATES, Replicated, band_factor, over_replicates};
 pub use chain::Stationary;
 pub use replicate::{Normalisation, Replicate, ReplicateCounts};
 pub use scores::{AdjointImage, AdjointScores, BasisScores, Scores, sum_of};
-pub use sensitivity::{Dependence, Dependences, Sensitivities};
 pub use task::{GLOBAL, GlobalJob, GlobalTask, KEPT_STATES};

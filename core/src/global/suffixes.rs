@@ -137,7 +137,7 @@ impl<P: Copy, F: Real, V: Value<F>, const N: usize> Trail<P, F, V, N> {
 
 impl<P: Copy, F: Real, V: Value<F>, const N: usize> Visitor<P, F, V> for Trail<P, F, V, N> {
     #[inline(always)]
-    fn enter(&mut self, x: &Located<P>) {
+    fn enter(&mut self, x: &Located<P>, _: &Both<V>) {
         if self.kept < self.most {
             if let Some(state) = self.states.get_mut(self.kept) {
                 state.x = *x;

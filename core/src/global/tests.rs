@@ -323,7 +323,7 @@ fn the_error_bar_of_replicates_covers() {
                 for &piece in pieces {
                     job.run(0, &mut batch, piece).unwrap();
                 }
-                *batch[0].statistics()
+                batch[0].statistics()
             };
             let batch = run(&sobol, &[17, 1000]);
             if seed == 0 {

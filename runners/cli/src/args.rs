@@ -493,7 +493,7 @@ pub(crate) struct SolveArgs {
     #[arg(long, value_parser = choices::<Scalar>())]
     pub(crate) scalar: Option<Scalar>,
     /// Say how every target depends on reflectances, emissions and temperatures of surfaces, and on the parameters of formulas
-    #[arg(long, conflicts_with_all = ["global", "part"])]
+    #[arg(long, conflicts_with = "global")]
     pub(crate) sensitivities: bool,
     /// Seed of the walks
     #[arg(long, value_name = "S", value_parser = count::<u64>)]

@@ -330,30 +330,7 @@ fn answer(
         None => solver,
     };
     let solver = solver.observer(&progress);
-    let asks = problem.file.walk.sensitivities.value;
-    let refuse = |error| match error {
-        SolveError::Failed(error) => problem.file.refuse_sensitivities(&error).into(),
-        error => Failure::run(error),
-    };
-    if asks {
-        solver.check_sensitivities().map_err(refuse)?;
-    }
-    let mut solved = solver.solve();
-    let report = match &mut solved {
-        Ok(report) => Some(report),
-        Err(SolveError::NotReached(report)) => Some(&mut **report),
-        Err(_) => None,
-    };
-    if let Some(report) = report.filter(|_| asks) {
-        progress.say("walking for sensitivities".to_owned());
-        match solver.sensitivities() {
-            Ok(found) => report.sensitivities = Some(found),
-            Err(SolveError::Cancelled(_)) => {
-                solved = Err(SolveError::Cancelled(Some(Box::new(report.clone()))));
-            }
-            Err(error) => return Err(refuse(error)),
-        }
-    }
+    let solved = solver.solve();
     progress.done();
     Ok(match solved {
         Ok(report) => Some((report, Ended::Done)),

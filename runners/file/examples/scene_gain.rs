@@ -117,7 +117,7 @@ where
     let start = processor_seconds();
     job.run(0, &mut batches, u64::MAX)?;
     let seconds = (processor_seconds() - start) / walks as f64;
-    Ok((*batches[0].statistics(), seconds))
+    Ok((batches[0].statistics(), seconds))
 }
 
 /// √Var, and seconds a walk.

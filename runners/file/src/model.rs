@@ -148,6 +148,7 @@ impl ProblemFile {
             }),
             time_limit: None,
             allow_infinite_variance: walk.allow_infinite_variance,
+            sensitivities: walk.sensitivities.value,
         }
     }
 
@@ -175,6 +176,7 @@ impl ProblemFile {
             Subject::Sequence => Some(self.refuse(&walk.sequence, error)),
             Subject::LastStep => at(self, &walk.last_step, error),
             Subject::Adjoint => at(self, &walk.adjoint, error),
+            Subject::Sensitivities => Some(self.refuse(&walk.sensitivities, error)),
             Subject::Tolerance => at(self, &walk.target_error, error),
             subject => match (self.problem.place(subject), subject) {
                 (Some(place), _) => Some(self.error(&place, error)),

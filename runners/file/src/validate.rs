@@ -52,11 +52,6 @@ impl ProblemFile {
         }
     }
 
-    /// An error of sensitivities, where they are asked for.
-    pub fn refuse_sensitivities(&self, error: &fredholm::Error) -> InputError {
-        self.error(&self.walk.sensitivities.place, error)
-    }
-
     /// Refuses what the tables of a device do not know: the way back, and a last step to the light that is not always made.
     ///
     /// # Errors

@@ -188,7 +188,6 @@ impl ChannelModels {
                     .first()
                     .map_or_else(PointwisePairs::default, |own| own.pointwise),
                 neighbour_second_moment_radius: radii.flatten().reduce(f64::max),
-                sensitivities: None,
             })
         })
     }

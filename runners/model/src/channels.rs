@@ -3,6 +3,7 @@
 use fredholm_core::{Estimate, MOST_CHANNELS, Statistics, Value};
 use fredholm_room::Material;
 
+use crate::Wanted;
 pub use crate::channel_models::ChannelModels;
 pub use crate::colours::{ColouredPart, Colours};
 use crate::heat::{ARRIVES, RadiativeExchange};
@@ -215,7 +216,7 @@ pub fn regions(
     request: &Request<'_>,
 ) -> Result<Vec<Region>, Error> {
     let Some(colours) = colours else {
-        return Ok(surfaces.regions(request.goals, request.wanted.is_only_u()));
+        return Ok(surfaces.regions(request.goals, request.wanted == Wanted::U));
     };
     let targets = colours.names.targets(request.goals)?;
     Ok(targets.map(|goal| goal.region.clone()).collect())

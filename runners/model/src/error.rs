@@ -231,6 +231,8 @@ pub enum Subject {
     LastStep,
     /// The way back.
     Adjoint,
+    /// The sensitivities.
+    Sensitivities,
     /// The degree of a lift.
     Lift,
     /// The tolerance.

@@ -1,7 +1,6 @@
 //! Three stages of a solution: a model, its cells, its solved system. All are object safe.
 
 use fredholm_core::galerkin::Convergence;
-use fredholm_core::global::GlobalJob;
 use fredholm_core::{Job, Statistics};
 use fredholm_embedded::TableBuilder;
 use serde::Serialize;
@@ -604,24 +603,15 @@ pub enum Wanted {
     All,
     /// u alone.
     U,
-    /// The derivatives of u with respect to the [quantities](Model::quantities).
+    /// All, and the derivatives with respect to the [quantities](Model::quantities).
     Derivatives,
-}
-
-impl Wanted {
-    /// Whether irradiances and net fluxes play no part.
-    #[must_use]
-    pub const fn is_only_u(self) -> bool {
-        !matches!(self, Self::All)
-    }
 }
 
 /// A function that is called with prepared walks.
 pub type Then<'a> = dyn FnMut(&Prepared<'_>) -> Result<(), Error> + 'a;
 
-/// Callback that gets a job, (v, Φ) of each goal, and the walks that tell on what the goals depend.
-pub type WithJob<'a> =
-    dyn FnMut(&dyn Job, &[f64], Option<&dyn GlobalJob>) -> Result<(), Error> + 'a;
+/// Callback that gets a job, and (v, Φ) of each goal.
+pub type WithJob<'a> = dyn FnMut(&dyn Job, &[f64]) -> Result<(), Error> + 'a;
 
 /// Walks that are ready to run.
 #[derive(Clone, Copy)]
@@ -640,9 +630,6 @@ pub struct Prepared<'a> {
     pub pointwise: PointwisePairs,
     /// The spectral radius of T_h²p, or a bound of it, if it was looked at.
     pub neighbour_second_moment_radius: Option<f64>,
-    /// The walks that tell how the goals depend on the [quantities](Model::quantities), and on irradiances and net fluxes behind them, if there
-    /// are some.
-    pub sensitivities: Option<&'a dyn GlobalJob>,
 }
 
 impl core::fmt::Debug for Prepared<'_> {
@@ -671,7 +658,6 @@ impl<'a> Prepared<'a> {
             convergence: NO_ITERATION,
             pointwise: PointwisePairs::default(),
             neighbour_second_moment_radius: None,
-            sensitivities: None,
         }
     }
 }

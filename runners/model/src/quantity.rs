@@ -1,6 +1,6 @@
 //! The quantities on which the solution of an exchange of light or heat depends.
 
-use fredholm_core::global::Dependence;
+use fredholm_core::Dependence;
 use fredholm_room::STEFAN_BOLTZMANN;
 
 use crate::Region;

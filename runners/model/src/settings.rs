@@ -94,6 +94,9 @@ pub struct Settings {
     pub time_limit: Option<Duration>,
     /// Whether walks of infinite variance are wanted.
     pub allow_infinite_variance: bool,
+    /// Whether the derivatives of all targets are wanted, too.
+    #[serde(default)]
+    pub sensitivities: bool,
 }
 
 impl Default for Settings {
@@ -123,6 +126,7 @@ impl Default for Settings {
             tolerance: None,
             time_limit: None,
             allow_infinite_variance: false,
+            sensitivities: false,
         }
     }
 }

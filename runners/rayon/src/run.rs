@@ -230,7 +230,7 @@ impl Runner<'_> {
             }
             schedule.end_stage();
             active.retain(|&first| {
-                let reasons = (first..first + shared).map(|goal| {
+                let reasons = (first..first + job.decisive()).map(|goal| {
                     let (merged, tail) = (&outcome.statistics[goal], &outcome.tails[goal]);
                     stop(&schedule, merged, tail, observer.rounding_floor(merged))
                 });

@@ -163,7 +163,7 @@ impl Stage<'_> {
         let all = sharing(piece, shared).zip(&batches);
         all.map(|(piece, batch)| Finished {
             piece,
-            statistics: *batch.statistics(),
+            statistics: batch.statistics(),
             is_whole: batch.is_done(),
             not_finite: result.err(),
         })

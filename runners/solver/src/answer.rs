@@ -170,6 +170,8 @@ pub struct Answer {
     pub gave_up: Option<Gave>,
     /// The statistics of the other walks, for irradiances and net fluxes.
     pub others: Vec<Statistics>,
+    /// The statistics of the derivatives of each goal, one after the other, if these were asked for.
+    pub derivatives: Vec<Statistics>,
     /// The error by rounding of each goal.
     pub floors: Vec<f64>,
     /// How the iteration for v went.
@@ -304,6 +306,7 @@ impl Walks<'_> {
         let watched = Watched {
             watch,
             floor: &floor,
+            set_up,
         };
         let (outcome, tolerance) = match &self.execution {
             // What is known without any.
@@ -356,6 +359,7 @@ impl Answer {
     #[must_use]
     pub fn new(of: &Of<'_>, set_up: &SetUp, mut outcome: Outcome, walk_seconds: f64) -> Self {
         let floor = |statistics: &Statistics| set_up.floor(of.scalar, statistics);
+        let derivatives = set_up.split_off(&mut outcome);
         let derived = of.model.derive(of.goals, &outcome.statistics);
         let others = outcome.statistics.split_off(of.goals.len());
         let is_rounded = |statistics: &Statistics| {
@@ -379,6 +383,7 @@ impl Answer {
             outcome,
             gave_up,
             others,
+            derivatives,
             convergence: set_up.convergence(),
             setup_seconds: set_up.seconds,
             walk_seconds,
@@ -394,6 +399,7 @@ impl Answer {
 struct Watched<'a> {
     watch: &'a dyn SolveObserver,
     floor: &'a (dyn Fn(&Statistics) -> f64 + Sync),
+    set_up: &'a SetUp,
 }
 
 impl Observer for Watched<'_> {
@@ -402,14 +408,15 @@ impl Observer for Watched<'_> {
     }
 
     fn merged(&self, statistics: &[Statistics]) {
-        self.watch.merged(statistics);
+        self.watch.merged(&self.set_up.own(statistics));
     }
 
     fn merged_with_tails(&self, statistics: &[Statistics], tails: &[Tail]) {
+        let statistics = &self.set_up.own(statistics);
         self.watch.merged(statistics);
         self.watch.staged(&Staged {
             statistics,
-            tails,
+            tails: &self.set_up.own(tails),
             floor: self.floor,
         });
     }

@@ -2,6 +2,7 @@
 
 use core::fmt;
 use core::time::Duration;
+use std::borrow::Cow;
 
 use fredholm_core::galerkin::Convergence;
 use fredholm_core::{Job, RunOptions, Statistics, Tolerance, rounding_floor};
@@ -26,6 +27,9 @@ pub struct SetUp {
     /// The number of them that share their walks.
     #[serde(default = "alone")]
     pub shared: usize,
+    /// The number of quantities by which each of them has derivatives; these are goals behind them.
+    #[serde(default)]
+    pub quantities: usize,
     /// (v, Φ) of each goal that was asked for; NaN for plain walks.
     #[serde(deserialize_with = "null_is_nan")]
     pub galerkin: Vec<f64>,
@@ -65,6 +69,7 @@ impl SetUp {
         Self {
             goals: prepared.job.goals(),
             shared: prepared.job.shared(),
+            quantities: prepared.job.shared() / prepared.job.decisive().max(1) - 1,
             galerkin: prepared.galerkin.to_vec(),
             largest: prepared.largest,
             radius_bound: prepared.radius_bound,
@@ -75,6 +80,37 @@ impl SetUp {
             resolvent: None,
             seconds,
         }
+    }
+
+    /// The number of goals that are no derivatives.
+    #[must_use]
+    pub fn own_goals(&self) -> usize {
+        self.goals / (1 + self.quantities)
+    }
+
+    /// Whether a goal is the derivative of another one.
+    fn is_derivative(&self, goal: usize) -> bool {
+        goal % self.shared.max(1) >= self.shared / (1 + self.quantities)
+    }
+
+    /// What there is of every goal, without derivatives.
+    pub(crate) fn own<'a, T: Clone>(&self, all: &'a [T]) -> Cow<'a, [T]> {
+        if self.quantities == 0 {
+            return Cow::Borrowed(all);
+        }
+        let own = all.iter().enumerate();
+        let own = own.filter(|(goal, _)| !self.is_derivative(*goal));
+        own.map(|(_, one)| one.clone()).collect()
+    }
+
+    /// Takes the statistics of derivatives out of an outcome: of every goal those by all quantities, one after the other.
+    pub(crate) fn split_off(&self, outcome: &mut Outcome) -> Vec<Statistics> {
+        let all = outcome.statistics.iter().enumerate();
+        let derivatives = all.filter(|(goal, _)| self.is_derivative(*goal));
+        let derivatives = derivatives.map(|(_, one)| *one).collect();
+        outcome.statistics = self.own(&outcome.statistics).into_owned();
+        outcome.tails = self.own(&outcome.tails).into_owned();
+        derivatives
     }
 
     /// How the iteration for v went.
@@ -201,6 +237,11 @@ pub trait Execute: Sync {
     /// The tolerance at which these walks end, if that is looked at.
     fn tolerance(&self, asked: Option<Tolerance>) -> Option<Tolerance> {
         asked
+    }
+
+    /// Whether what is run is all of an answer, so that other walks may follow it.
+    fn tells_all(&self) -> bool {
+        true
     }
 
     /// Whether the threads of this process may answer all goals from one set of walks in its place.

@@ -358,6 +358,7 @@ impl Report {
         for (report, heat) in reports.iter_mut().zip(&answer.derived.heat) {
             report.add(heat, model, report.walks);
         }
+        let sensitivities = Sensitivities::of_walks(run, &answer);
         // They may share the walks of the goals.
         let own = if model.shared() > goals.len() {
             0
@@ -397,6 +398,7 @@ impl Report {
             choice: choice.cloned(),
             choice_text: choice.map_or(String::new(), |choice| choice.text(settings, &cells.text)),
             energy: EnergyReport::new(answer.derived.fluxes, model.flux_unit()),
+            sensitivities,
             goals: reports,
             ..Self::empty(model, settings)
         }

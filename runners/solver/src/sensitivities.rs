@@ -1,20 +1,14 @@
 //! On what a target depends, and how strongly.
 
-use std::time::Instant;
-
-use fredholm_core::global::over_replicates;
-use fredholm_model::memory::refuse_beyond_memory;
+use fredholm_core::Statistics;
+use fredholm_model::Quantity;
 use fredholm_model::numbers::{aligned, short, with_error};
-use fredholm_model::{GLOBAL_REPLICATES as REPLICATES, Quantity, Request, Wanted};
-use fredholm_rayon::Replicates;
 use serde::Serialize;
 
-use crate::{Ask, Error, Goal, Report, Settings, SolveError, Solver, Subject, Target};
+use crate::answer::Answer;
+use crate::report::Run;
+use crate::{Ask, Error, Goal, Report, SolveError, Solver, Subject, Target};
 
-/// Walks of each target, if nothing is said of them.
-const WALKS: u64 = 100_000;
-/// Walks of a replicate before the first look at the clock.
-const FIRST_ROUND: u64 = 64;
 /// Rows in a table for people, about, and the most and the fewest of a target.
 const ROWS: usize = 48;
 const MOST: usize = 12;
@@ -23,8 +17,8 @@ const FEWEST: usize = 2;
 /// The derivatives of all targets with respect to the quantities on which u depends.
 ///
 /// The derivative u' of u with respect to a quantity λ solves u' = T_K u' + ∂F/∂λ + (∂T_K/∂λ) u. A walk from a target passes every surface that
-/// could change it, and scores there what the change would do; [`fredholm_core::global::Sensitivities`] has the formula. Derivatives are unbiased,
-/// and their error bars are those of replicates. The serialised names are stable; fields may be added.
+/// could change it, and scores there what the change would do; [`fredholm_core::Sensitivities`] has the formula. Derivatives are unbiased. The
+/// serialised names are stable; fields may be added.
 ///
 /// ```
 /// use fredholm::room::{Material, Surfaces};
@@ -38,7 +32,8 @@ const FEWEST: usize = 2;
 /// // ∂u/∂ρ = F/(1 − ρ)² and ∂u/∂F = 1/(1 − ρ).
 /// for (name, exact) in [("wall reflectance", 2.5), ("wall emission", 2.5)] {
 ///     let own = all.get("wall", name).unwrap();
-///     assert!((own.derivative - exact).abs() < 5.0 * own.std_error && own.std_error < 0.05);
+///     let error = own.std_error.unwrap();
+///     assert!((own.derivative - exact).abs() < 5.0 * error && error < 0.05);
 /// }
 /// # Ok::<(), fredholm::SolveError>(())
 /// ```
@@ -66,7 +61,7 @@ pub struct Sensitivities {
 ///     quantity: "lamp emission".to_owned(),
 ///     value: Some(100.0),
 ///     derivative: 0.02,
-///     std_error: 1e-4,
+///     std_error: Some(1e-4),
 ///     unit: None,
 /// };
 /// assert_eq!(own.contribution(), 2.0);
@@ -81,8 +76,9 @@ pub struct Sensitivity {
     pub value: Option<f64>,
     /// The derivative, in the unit of u over that of the quantity.
     pub derivative: f64,
-    /// The standard error of the derivative; an interval of 95 % is 2 of them wide on each side.
-    pub std_error: f64,
+    /// The standard error of the derivative; an interval of 95 % is 2 of them wide on each side. None, if no walk came by the quantity: then the
+    /// derivative is 0 or rare.
+    pub std_error: Option<f64>,
     /// The unit of the quantity, if it has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<&'static str>,
@@ -98,14 +94,32 @@ impl Sensitivity {
 }
 
 impl Sensitivities {
+    /// Those that walks have told beside their goals, if any.
+    pub(crate) fn of_walks(run: &Run<'_>, answer: &Answer) -> Option<Self> {
+        let quantities = run.model.quantities();
+        if answer.derivatives.is_empty() || quantities.is_empty() {
+            return None;
+        }
+        let values = answer.derivatives.iter().map(|own| {
+            let own = own.preconditioned();
+            (own.estimate, own.std_error)
+        });
+        let statistics = answer.outcome.statistics.iter();
+        let statistics = statistics.step_by(run.model.shared());
+        Some(Self {
+            derivatives: sorted(run.goals, &quantities, values),
+            walks: statistics.clone().map(Statistics::walks).sum(),
+            states: statistics.map(Statistics::states).sum(),
+            setup_seconds: answer.setup_seconds,
+            walk_seconds: answer.walk_seconds,
+        })
+    }
+
     /// The derivatives that are the goals of a report.
     fn of_report(report: &Report, goals: &[Goal], quantities: &[Quantity]) -> Self {
-        let values = report
-            .goals
-            .iter()
-            .map(|own| [own.value(), own.std_error()]);
+        let of = |own: &crate::report::GoalReport| (own.value(), Some(own.std_error()));
         Self {
-            derivatives: sorted(goals, quantities, values),
+            derivatives: sorted(goals, quantities, report.goals.iter().map(of)),
             walks: report.walks(),
             states: report.states,
             setup_seconds: report.setup_seconds,
@@ -146,7 +160,7 @@ impl Sensitivities {
                     own.target.clone(),
                     own.quantity.clone(),
                     value,
-                    with_error(own.derivative, Some(own.std_error)),
+                    with_error(own.derivative, own.std_error),
                     part.unwrap_or_default(),
                 ]
             }));
@@ -160,138 +174,97 @@ impl Sensitivities {
 }
 
 impl Solver<'_> {
-    /// Refuses sensitivities of an equation that has none, and of targets that have none.
-    ///
-    /// # Errors
-    /// [`SolveError`]; [`Error::Option`].
-    pub fn check_sensitivities(&self) -> Result<(), SolveError> {
-        let run = || -> Result<(), SolveError> {
-            let goals = self.goals(&self.targets()?)?;
-            if !self.model.quantities().is_empty() {
-                self.model.with_derivatives(&goals)?;
-                return Ok(());
-            }
-            let what = match self.model.channels() {
-                [] => "are those of rooms, scenes and equations with parameters",
-                _ => "of several channels are not offered",
-            };
-            let message = format!("sensitivities {what}: leave them out");
-            let subject = Subject::Problem;
+    /// Sets whether the derivatives of all targets are wanted, too: [`Report::sensitivities`]. Then every target has walks of its own.
+    pub fn with_sensitivities(mut self, are_wanted: bool) -> Self {
+        self.settings.sensitivities = are_wanted;
+        self
+    }
+
+    /// Refuses sensitivities of an equation that has none, of targets that have none, and by walks that tell none.
+    pub(crate) fn check_sensitivities(&self) -> Result<(), SolveError> {
+        let refused = |message: &str| {
+            let subject = Subject::Sensitivities;
+            let message = format!("sensitivities {message}");
             Err(Error::Option { subject, message }.into())
         };
+        let run = || -> Result<(), SolveError> {
+            let settings = &self.settings;
+            if settings.global == Some(true) || settings.adjoint == Some(true) {
+                return refused(
+                    "are told by walks from every target: leave `global` and `adjoint` out",
+                );
+            }
+            if self.model.quantities().is_empty() {
+                let what = match self.model.channels() {
+                    [] => {
+                        "are those of rooms, scenes and equations with parameters: leave them out"
+                    }
+                    _ => "of several channels are not offered: leave them out",
+                };
+                return refused(what);
+            }
+            let goals = self.goals(&self.targets()?)?;
+            let of_formulas = self.model.with_derivatives(&goals)?;
+            if of_formulas.is_some() && !self.execute.tells_all() {
+                return refused(
+                    "of formulas are solved after u, and no part of a run: leave them out, or run it as a whole",
+                );
+            }
+            Ok(())
+        };
         self.explained(run())
+    }
+
+    /// A solution with the derivatives that its own walks do not tell.
+    pub(crate) fn with_derivatives(
+        &self,
+        mut solved: Result<Report, SolveError>,
+    ) -> Result<Report, SolveError> {
+        let report = match &mut solved {
+            Ok(report) => report,
+            Err(SolveError::NotReached(report)) => &mut **report,
+            Err(_) => return solved,
+        };
+        let run = || -> Result<Option<Sensitivities>, SolveError> {
+            let goals = self.goals(&self.targets()?)?;
+            let Some((model, derivatives)) = self.model.with_derivatives(&goals)? else {
+                return Ok(None);
+            };
+            let targets = derivatives.iter().map(|goal| Target {
+                name: goal.name.clone(),
+                ask: Ask::One(goal.region.clone()),
+            });
+            let settings = self.settings.clone();
+            let solver = Solver::with(&*model, settings, targets.collect());
+            let solver = solver.observer(self.watch).execute(self.execute);
+            let found = solver.solve_targets()?;
+            let quantities = self.model.quantities();
+            Ok(Some(Sensitivities::of_report(&found, &goals, &quantities)))
+        };
+        match self.explained(run()) {
+            Ok(None) => {}
+            Ok(found) => report.sensitivities = found,
+            Err(SolveError::Cancelled(_)) => {
+                return Err(SolveError::Cancelled(Some(Box::new(report.clone()))));
+            }
+            Err(error) => return Err(error),
+        }
+        solved
     }
 
     /// The derivatives of u at all targets with respect to the quantities on which it depends: of rooms and scenes reflectances and emissions of
     /// surfaces, or emissivities, temperatures and given net fluxes; of formulas their parameters. Of a black surface there is none with respect to its
     /// reflectance.
     ///
-    /// Every target takes as many walks as are [asked for](Self::walks), or 100,000, on few cells, by roulette; an error plays no part, and at a time
-    /// limit they end with what there is. Derivatives by parameters are the solutions of equations of their own, to which all settings belong.
+    /// They are those of [`solve`](Self::solve) [with them](Self::with_sensitivities): the walks of u tell those of rooms and scenes, so that a target
+    /// error is that of u. Derivatives by parameters are the solutions of equations of their own, to which all settings belong.
     ///
     /// # Errors
     /// [`SolveError`]; [`Error::Option`], where the equation has no such quantities.
     pub fn sensitivities(&self) -> Result<Sensitivities, SolveError> {
-        let run = || -> Result<Sensitivities, SolveError> {
-            self.check_sensitivities()?;
-            let goals = self.goals(&self.targets()?)?;
-            let quantities = self.model.quantities();
-            if let Some((model, derivatives)) = self.model.with_derivatives(&goals)? {
-                let targets = derivatives.iter().map(|goal| Target {
-                    name: goal.name.clone(),
-                    ask: Ask::One(goal.region.clone()),
-                });
-                let solver = Solver::with(&*model, self.settings.clone(), targets.collect());
-                let solved = solver.observer(self.watch).solve();
-                return Ok(Sensitivities::of_report(&solved?, &goals, &quantities));
-            }
-            let start = Instant::now();
-            let settings = self.few_cells();
-            let walk = settings.walk_options();
-            let cells = self.model.partition(&settings.discretisation())?;
-            let needed = cells.memory(&goals, walk.pairs);
-            let what = || format!("{} unknowns", cells.unknowns());
-            refuse_beyond_memory(what, needed, self.model.about().less_memory)?;
-            let request = Request {
-                goals: &goals,
-                walk: &walk,
-                wanted: Wanted::Derivatives,
-            };
-            let system = cells.solve()?;
-            let mut found = None;
-            system.job(&request, &mut |prepared| {
-                let job = prepared.sensitivities.ok_or(Error::Internal(
-                    "quantities of which walks tell no derivatives",
-                ))?;
-                let setup_seconds = start.elapsed().as_secs_f64();
-                let start = Instant::now();
-                let mut replicates = Replicates::new(job, REPLICATES);
-                let walks = self.settings.walks.unwrap_or(WALKS);
-                let each = walks.div_ceil(REPLICATES as u64);
-                self.watch.walking();
-                let (mut done, limit) = (0, settings.time_limit);
-                while done < each && limit.is_none_or(|limit| start.elapsed() < limit) {
-                    // Twice as many from look to look.
-                    let more = done.max(FIRST_ROUND).min(each - done);
-                    replicates.run(job, more, self.watch)?;
-                    if self.watch.cancelled() {
-                        return Err(Error::Cancelled);
-                    }
-                    done += more;
-                }
-                let counts = replicates.counts();
-                found = Some(Sensitivities {
-                    derivatives: Vec::new(),
-                    walks: counts.walks,
-                    states: counts.states,
-                    setup_seconds,
-                    walk_seconds: start.elapsed().as_secs_f64(),
-                });
-                let means = replicates.coefficients(job, &|_| 1.0);
-                let width = job.unknowns();
-                let of = |unknown: usize| -> Vec<f64> {
-                    let rows = means.chunks_exact(width.max(1));
-                    rows.map(|row| row.get(unknown).copied().unwrap_or(f64::NAN))
-                        .collect()
-                };
-                let Some(found) = &mut found else {
-                    return Ok(());
-                };
-                let values = (0..goals.len() * quantities.len()).map(|unknown| {
-                    let values = over_replicates(&of(unknown));
-                    [values.mean, values.std_error]
-                });
-                found.derivatives = sorted(&goals, &quantities, values);
-                Ok(())
-            })?;
-            found.ok_or(Error::Internal("no walks were prepared").into())
-        };
-        self.explained(run())
-    }
-
-    /// The settings of the walks: what they find depends little on how well v is known, and a set-up takes longer than they do.
-    fn few_cells(&self) -> Settings {
-        let Settings {
-            seed,
-            scalar,
-            time_limit,
-            grading,
-            shadow_cuts,
-            ..
-        } = self.settings;
-        let settings = Settings {
-            seed,
-            scalar,
-            time_limit,
-            grading,
-            shadow_cuts,
-            last_step: Some(false),
-            ..Settings::default()
-        };
-        let cut = settings.discretisation();
-        let coarse = self.model.coarse_levels(&cut).into_iter();
-        let cells = coarse.chain(self.model.levels(&cut)).next();
-        Settings { cells, ..settings }
+        let report = self.clone().with_sensitivities(true).solve()?;
+        let found = report.sensitivities;
+        found.ok_or_else(|| Error::Internal("walks that told no derivatives").into())
     }
 }
 
@@ -299,12 +272,12 @@ impl Solver<'_> {
 fn sorted(
     goals: &[Goal],
     quantities: &[Quantity],
-    mut values: impl Iterator<Item = [f64; 2]>,
+    mut values: impl Iterator<Item = (f64, Option<f64>)>,
 ) -> Vec<Sensitivity> {
     let mut all = Vec::new();
     for goal in goals {
         let own = quantities.iter().zip(values.by_ref());
-        let own = own.map(|(quantity, [derivative, std_error])| Sensitivity {
+        let own = own.map(|(quantity, (derivative, std_error))| Sensitivity {
             target: goal.name.clone(),
             quantity: quantity.name.clone(),
             value: quantity.value,

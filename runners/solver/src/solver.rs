@@ -288,8 +288,16 @@ impl<'m> Solver<'m> {
     /// # Errors
     /// [`SolveError`].
     pub fn solve(&self) -> Result<Report, SolveError> {
+        if !self.settings.sensitivities {
+            return self.solve_targets();
+        }
+        self.check_sensitivities()?;
+        self.with_derivatives(self.solve_targets())
+    }
+
+    pub(crate) fn solve_targets(&self) -> Result<Report, SolveError> {
         if let Some(global) = self.by_global() {
-            return global.solve();
+            return global.solve_targets();
         }
         let run = || -> Result<Report, SolveError> {
             self.check()?;
@@ -299,7 +307,7 @@ impl<'m> Solver<'m> {
             let exact = goals.iter().map(|goal| self.model.exact_of(goal));
             let exact = exact.collect::<Result<Vec<_>, Error>>()?;
             if let Some(back) = asked_way_back(self.model, &self.settings, &goals)? {
-                return self.of_model(&*back).solve();
+                return self.of_model(&*back).solve_targets();
             }
             if self.settings.global == Some(true) {
                 let function = self.whole()?;
@@ -346,7 +354,7 @@ impl<'m> Solver<'m> {
     ) -> Result<Report, SolveError> {
         let back = self.way_back(goals);
         let by = (self.watch, self.execute);
-        let may_be_whole = self.execute.takes_whole();
+        let may_be_whole = self.execute.takes_whole() && !self.settings.sensitivities;
         let (is_back, chosen) = match &back {
             Some(back) => choice::solve_by_faster(
                 [self.model, &**back],
@@ -533,7 +541,10 @@ impl<'m> Solver<'m> {
         let request = Request {
             goals,
             walk: &walk,
-            wanted: Wanted::All,
+            wanted: match self.settings.sensitivities {
+                true => Wanted::Derivatives,
+                false => Wanted::All,
+            },
         };
         let count = CellCount::of(&*cells);
         let execution = Execution {

@@ -55,7 +55,7 @@ fn derivatives_of_a_room_are_those_of_differences() {
             for target in TARGETS {
                 let difference = (high[target].value() - low[target].value()) / (2.0 * STEP);
                 let own = found.get(target, &format!("{name} {word}")).unwrap();
-                let z = (own.derivative - difference) / own.std_error;
+                let z = (own.derivative - difference) / own.std_error.unwrap();
                 println!("{target:16} {name} {word:12} {difference:8.5} {own:?} {z:.1}");
                 worst = worst.max(z.abs());
             }
@@ -87,7 +87,7 @@ fn derivatives_of_a_furnace_sum_to_its_own() {
         let own = names.map(|name| found.get("a", &format!("{name} {word}")).unwrap());
         let sum: f64 = own.iter().map(|own| own.derivative).sum();
         // Correlated errors add at most.
-        let error: f64 = own.iter().map(|own| own.std_error).sum();
+        let error: f64 = own.iter().map(|own| own.std_error.unwrap()).sum();
         assert!(
             (sum - 1.0 / 0.3).abs() < SIGMAS * error,
             "{word}: {sum} ± {error}"

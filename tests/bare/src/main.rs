@@ -76,7 +76,7 @@ where
         let mut batches = [Batch::new(index, 1000, 2000)];
         job.run(0, &mut batches, 300).ok()?;
         job.run(0, &mut batches, u64::MAX).ok()?;
-        all.merge(batches[0].statistics());
+        all.merge(&batches[0].statistics());
     }
     Some(all)
 }

@@ -68,7 +68,7 @@ impl Setup {
         let mut batches = [Batch::new(0, walks, walks)];
         let job = Goals::new(&circle, &neighbour, &goals, options);
         job.run(0, &mut batches, u64::MAX).unwrap();
-        *batches[0].statistics()
+        batches[0].statistics()
     }
 
     /// The dense table of K_ij, for the straightforward loop.

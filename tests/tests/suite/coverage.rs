@@ -154,7 +154,7 @@ impl<E: Equation<Scalar = f64, Value = f64> + Sync> Case<'_, E> {
             let to = |&walks: &u64| {
                 let more = walks - batch[0].statistics().walks();
                 job.run(0, &mut batch, more).unwrap();
-                *batch[0].statistics()
+                batch[0].statistics()
             };
             walks.iter().map(to).collect()
         };

@@ -483,7 +483,7 @@ fn lost_batch(seed: u64) -> Report {
         for index in [0, 2] {
             let mut batch = [fredholm_core::Batch::new(index, 1000, walks)];
             job.run(0, &mut batch, u64::MAX).unwrap();
-            all.merge(batch[0].statistics());
+            all.merge(&batch[0].statistics());
         }
         vec![all]
     });

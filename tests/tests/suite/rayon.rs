@@ -287,7 +287,7 @@ fn one_by_one(
                 while !batch.is_done() {
                     job.run(goal, from_mut(&mut batch), 37)?;
                 }
-                statistics[goal].merge(batch.statistics());
+                statistics[goal].merge(&batch.statistics());
             }
         }
         schedule.end_stage();

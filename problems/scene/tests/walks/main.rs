@@ -115,7 +115,7 @@ where
     let job = Goals::new(equation, neighbour, &goals, options).with_sum(weights);
     let mut batches = vec![Batch::new(0, walks, walks); job.shared()];
     job.run(0, &mut batches, u64::MAX).unwrap();
-    batches.iter().map(|batch| *batch.statistics()).collect()
+    batches.iter().map(|batch| batch.statistics()).collect()
 }
 
 /// Walks of one functional. (v, Φ) is computed walk by walk.

@@ -111,6 +111,10 @@ impl Execute for Keeper<'_> {
         Ok(outcome)
     }
 
+    fn tells_all(&self) -> bool {
+        self.share.is_none()
+    }
+
     /// A part walks on whatever error it reaches: only merged parts tell which is reached.
     fn tolerance(&self, asked: Option<Tolerance>) -> Option<Tolerance> {
         asked.filter(|_| self.share.is_none())

@@ -165,6 +165,10 @@ impl Job for Kept<'_> {
         self.job.set_up.shared.max(1)
     }
 
+    fn decisive(&self) -> usize {
+        self.shared() / (1 + self.job.set_up.quantities)
+    }
+
     fn run(&self, _: usize, _: &mut [Batch], _: u64) -> Result<(), NotFinite> {
         Ok(())
     }

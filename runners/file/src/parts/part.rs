@@ -106,7 +106,7 @@ impl Part {
 impl Run {
     fn is_possible(&self) -> bool {
         let set_up = &self.job.set_up;
-        let others = set_up.goals.checked_sub(set_up.galerkin.len());
+        let others = set_up.own_goals().checked_sub(set_up.galerkin.len());
         let mut batches = self.batches.iter();
         others.is_some_and(|others| others <= MOST_OTHERS)
             && batches.all(|((_, goal), statistics)| {

@@ -67,7 +67,6 @@ pub(super) fn run(
         convergence: NO_ITERATION,
         pointwise: PointwisePairs::default(),
         neighbour_second_moment_radius: None,
-        sensitivities: None,
     };
     run(&prepared, &settings, chosen)
 }

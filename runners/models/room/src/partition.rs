@@ -229,12 +229,7 @@ impl<'m> Partitioned<'m> for RoomPartition<'m> {
         in_scalar!(self.cut.scalar, F => {
             let tables = self.tables::<F>();
             in_channels!(tables.tables.room().with_lights(lights)?, &tables.colours, equation => {
-                self.model.with_job(equation, &plain(equation), request, &mut |job, galerkin, sensitivities| {
-                    then(&Prepared {
-                        sensitivities,
-                        ..Prepared::plain(job, galerkin)
-                    })
-                })
+                self.model.with_job(equation, &plain(equation), request, &mut |job, galerkin| then(&Prepared::plain(job, galerkin)))
             })
         })
     }

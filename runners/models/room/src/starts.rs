@@ -1,9 +1,8 @@
 //! Where walks start, and what is known there.
 
-use fredholm_core::global::{Dependence, Sensitivities};
 use fredholm_core::{
-    At, Equation, Functional, Goal, Goals, LastStep, Lights as _, NoDraws, Real, StartOf, Uniforms,
-    Value,
+    At, Dependence, Equation, Functional, Goal, Goals, LastStep, Lights as _, NoDraws, Real,
+    Sensitivities, StartOf, Uniforms, Value,
 };
 use fredholm_model::channels::{self, with_sum};
 use fredholm_model::heat::{RadiativeExchange as _, certain};
@@ -45,7 +44,7 @@ impl RoomModel {
         }
         // Where irradiance does not follow from u it takes walks of its own.
         for region in &regions {
-            if weights.is_empty() && self.takes_walks(region, request.wanted.is_only_u()) {
+            if weights.is_empty() && self.takes_walks(region, request.wanted == Wanted::U) {
                 let start = match self.start(equation, region)? {
                     Start::Point(at) => Start::Light(Irradiance(at)),
                     Start::Mean(mean) => Start::LightMean(Irradiance(mean)),
@@ -60,17 +59,22 @@ impl RoomModel {
         let known = certain(self, self.colours(), request.goals);
         let job = job.with_sum(weights).with_certain(&known);
         if request.wanted != Wanted::Derivatives {
-            return then(&job, &galerkin, None);
+            return then(&job, &galerkin);
         }
         let dependent = SurfaceQuantities::new(self, &|surface| self.part(surface));
-        let of = |x: &Point<F>, _: usize, each: &mut dyn FnMut(Dependence)| {
+        let has_light = !equation.lights().is_empty();
+        let of = |x: &Point<F>, channel: usize, each: &mut dyn FnMut(Dependence)| {
             if let Some(place) = self.scene.place(x.wall()) {
+                let known = match has_light {
+                    true => equation.known(x).wide().get(channel),
+                    false => 0.0,
+                };
                 let own = dependent.of_part(place.surface, place.vertex);
-                own.iter().copied().for_each(each);
+                own.iter().for_each(|on| each(on.knowing(known)));
             }
         };
-        let sensitivities = Sensitivities::new(&job, dependent.quantities.len(), &of);
-        then(&job, &galerkin, Some(&sensitivities))
+        let job = Sensitivities::new(&job, dependent.quantities.len(), &of);
+        then(&job, &galerkin)
     }
 
     /// Where the walks of a goal start.

@@ -315,23 +315,17 @@ impl RoomSystem<'_> {
             refuse(of, walk.absorption, radius)?;
         }
         let model = self.cut.model;
-        model.with_job(
-            equation,
-            follow,
-            request,
-            &mut |job, galerkin, sensitivities| {
-                then(&Prepared {
-                    job,
-                    galerkin,
-                    largest: largest(follow.v.unwrap_or_default()),
-                    radius_bound: self.solution.radius_bound,
-                    convergence: self.solution.convergence,
-                    pointwise: self.cut.all_pairs(walk.pairs),
-                    neighbour_second_moment_radius: radius,
-                    sensitivities,
-                })
-            },
-        )
+        model.with_job(equation, follow, request, &mut |job, galerkin| {
+            then(&Prepared {
+                job,
+                galerkin,
+                largest: largest(follow.v.unwrap_or_default()),
+                radius_bound: self.solution.radius_bound,
+                convergence: self.solution.convergence,
+                pointwise: self.cut.all_pairs(walk.pairs),
+                neighbour_second_moment_radius: radius,
+            })
+        })
     }
 
     /// Refuses what there is of one channel alone.

@@ -1,9 +1,8 @@
 //! The walks of a scene: what is asked for, and what is known of it beforehand.
 
-use fredholm_core::global::{Dependence, GlobalJob, Sensitivities};
 use fredholm_core::{
-    At, Equation as _, Functional as _, Generators as _, Goal, Goals, Lights as _, Real,
-    RngUniforms, Sobol, SobolPoint, Start, Value, WalkNumber, WalkSeeds,
+    At, Dependence, Equation as _, Functional as _, Generators as _, Goal, Goals, Job, Lights as _,
+    Real, RngUniforms, Sensitivities, Sobol, SobolPoint, Start, Value, WalkNumber, WalkSeeds,
 };
 use fredholm_model::channels::{self, with_sum};
 use fredholm_model::cost::PointwisePairs;
@@ -92,7 +91,7 @@ impl Cut<'_> {
             });
         }
         for (region, origin) in regions.iter().zip(&origins) {
-            if model.colours().is_none() && model.takes_walks(region, request.wanted.is_only_u()) {
+            if model.colours().is_none() && model.takes_walks(region, request.wanted == Wanted::U) {
                 goals.push(Goal {
                     functional: Origin::Arriving(origin),
                     control_mean: None,
@@ -116,32 +115,26 @@ impl Cut<'_> {
             let own = surface.zip(dependent.as_ref());
             let own = own.map_or(&[][..], |(place, own)| own.of_part(place.surface, 0));
             let known = equation.0.known(x).wide().get(channel);
-            for on in own {
-                each(Dependence {
-                    source: on.source + on.of_u * known,
-                    ..*on
-                });
-            }
+            own.iter().for_each(|on| each(on.knowing(known)));
         };
         let quantities = dependent.as_ref().map_or(0, |own| own.quantities.len());
-        let sensitivities = Sensitivities::new(&job, quantities, &of);
-        let sensitivities = dependent.as_ref().map(|_| &sensitivities as &dyn GlobalJob);
+        let with_derivatives = Sensitivities::new(&job, quantities, &of);
+        let job: &dyn Job = match dependent {
+            Some(_) => &with_derivatives,
+            None => &job,
+        };
         let (Some(system), Some(tables)) = (solved, &tables) else {
-            return then(&Prepared {
-                sensitivities,
-                ..Prepared::plain(&job, &galerkin)
-            });
+            return then(&Prepared::plain(job, &galerkin));
         };
         let power = model.adjoint.as_ref().map_or(1.0, |adjoint| adjoint.power);
         then(&Prepared {
-            job: &job,
+            job,
             galerkin: &galerkin,
             largest: largest(tables.v()) * power,
             radius_bound: system.radius_bound,
             convergence: system.solution.convergence(),
             pointwise: PointwisePairs::default(),
             neighbour_second_moment_radius: None,
-            sensitivities,
         })
     }
 

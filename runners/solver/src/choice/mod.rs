@@ -231,7 +231,10 @@ pub(crate) fn solve_either<'m>(
         let request = Request {
             goals,
             walk: &walk,
-            wanted: Wanted::All,
+            wanted: match settings.sensitivities {
+                true => Wanted::Derivatives,
+                false => Wanted::All,
+            },
         };
         let execution = Execution {
             execute,

@@ -537,7 +537,7 @@ impl<E: CustomEquation> Equations<E> {
             goals: &goals,
             request,
         };
-        let mut then = |job: &dyn Job| then(job, &values, None);
+        let mut then = |job: &dyn Job| then(job, &values);
         match lights {
             Some(lights) => lights.with_job(&walks, &mut then),
             None => walks.hand_on(equation, &mut then),
@@ -627,7 +627,7 @@ impl<E: CustomEquation> Walks for Equations<E> {
     ) -> Result<(), Error> {
         let equation = (self.build)(cells)?;
         let none: &Boxed<'_, E> = &NoNeighbour::new(&equation);
-        self.with_job(&equation, none, None, request, &mut |job, zeros, _| {
+        self.with_job(&equation, none, None, request, &mut |job, zeros| {
             then(&Prepared::plain(job, zeros))
         })
     }
@@ -644,24 +644,17 @@ impl<E: CustomEquation> Walks for Equations<E> {
         let how_of = (how.kinds, request.walk.last_step);
         self.with_neighbour(&equation, solved, how_of, &mut |neighbour, v| {
             let near = Some((degree, v));
-            self.with_job(
-                &equation,
-                neighbour,
-                near,
-                request,
-                &mut |job, galerkin, _| {
-                    then(&Prepared {
-                        job,
-                        galerkin,
-                        largest: fredholm_model::numbers::largest(v),
-                        radius_bound: solved.solution.radius_bound,
-                        convergence: solved.solution.convergence,
-                        pointwise: how.pointwise,
-                        neighbour_second_moment_radius: how.neighbour_second_moment_radius,
-                        sensitivities: None,
-                    })
-                },
-            )
+            self.with_job(&equation, neighbour, near, request, &mut |job, galerkin| {
+                then(&Prepared {
+                    job,
+                    galerkin,
+                    largest: fredholm_model::numbers::largest(v),
+                    radius_bound: solved.solution.radius_bound,
+                    convergence: solved.solution.convergence,
+                    pointwise: how.pointwise,
+                    neighbour_second_moment_radius: how.neighbour_second_moment_radius,
+                })
+            })
         })
     }
 

@@ -62,6 +62,8 @@ impl Solver<'_> {
         let settings = &self.settings;
         let is_chosen = settings.tolerance.is_some() && settings.cells.is_none();
         let is_open = settings.adjoint.is_none() && settings.global.is_none();
+        // The derivatives are those of walks from the receivers.
+        let is_open = is_open && !settings.sensitivities;
         // Every process of a team must take the same way.
         let is_alone = self.execute.takes_whole();
         let may = is_chosen && is_open && is_alone && !self.model.is_adjoint();

@@ -57,7 +57,7 @@ fn run_batch(job: &dyn Job, batch: Batch) -> Result<Vec<Batch>, NotFinite> {
 
 fn merge(all: &mut [Statistics], batches: &[Batch]) {
     for (all, batch) in all.iter_mut().zip(batches) {
-        all.merge(batch.statistics());
+        all.merge(&batch.statistics());
     }
 }
 

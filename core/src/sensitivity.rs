@@ -1,0 +1,328 @@
+//! The walks that tell on what their functionals depend.
+
+use crate::walk::{Course, Visitor, with_course};
+use crate::{
+    Batch, Both, DefaultGenerator, Equation, Functional, Generators, Goal, Goals, Job, Located,
+    NeighbourOf, NotFinite, Real, Value, WalkSeeds, WideOf,
+};
+
+/// The states of a walk that are kept at a time; a longer walk is followed once more for every further so many of them.
+const KEPT: usize = 64;
+
+/// What a point x has to do with a quantity λ of the equation: the derivative u' = ∂u/∂λ solves u' = T u' + `source` + `of_u` u there.
+///
+/// ```
+/// use fredholm_core::Dependence;
+///
+/// // The reflectance ρ = ½ of a wall that emits E = 3: u = ρ H + E with the irradiance H = (u − E)/ρ, by which u grows.
+/// let reflectance = Dependence { quantity: 0, source: -6.0, of_u: 2.0 };
+/// let u = 5.0;
+/// assert_eq!(reflectance.source + reflectance.of_u * u, (u - 3.0) / 0.5);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dependence {
+    /// The number of the quantity.
+    pub quantity: usize,
+    /// The part of ∂F/∂λ + (∂T/∂λ) u at the point that does not depend on u.
+    pub source: f64,
+    /// The number that u at the point itself is multiplied by in the rest of it.
+    pub of_u: f64,
+}
+
+impl Dependence {
+    /// This of walks that estimate u less what is known of it at the point: see [`LastStep`](crate::LastStep).
+    #[must_use]
+    pub fn knowing(&self, known: f64) -> Self {
+        Self {
+            source: self.source + self.of_u * known,
+            ..*self
+        }
+    }
+}
+
+/// Hands on the dependences of a point in a channel.
+pub type Dependences<'a, P> = dyn Fn(&P, usize, &mut dyn FnMut(Dependence)) + Sync + 'a;
+
+/// The derivatives of functionals with respect to quantities λ that F(x) and k(x, ·) depend on at some points x, and k(x, ·) as a whole.
+///
+/// The derivative of u solves u' = T u' + s + c u, where s(x) + c(x) u(x) = ∂F/∂λ + (∂T/∂λ) u. So
+///
+/// ```text
+/// ∂(u, Φ)/∂λ = (s + c u, u*) = E φ Σ_l W_l (s(x_l) + c(x_l) u(x_l)),
+/// ```
+///
+/// where u* solves the adjoint equation and W_l is the weight of a walk from Φ in its l-th state: a walk passes all that could change its
+/// functional. Given that state, the rest of the walk estimates u there, with v as control variate: û = v(x_l) + D_l, where
+/// D_l is the difference of what both equations score on the suffix. So every state of every walk scores on the quantities that its point has to do
+/// with, and on no others: derivatives with respect to a thousand take hardly longer than those with respect to one.
+///
+/// They are the walks of [`Goals`], whose statistics stay as they are to the bit. Behind those of a goal come, statistic by statistic, the derivatives
+/// with respect to all quantities. A walk that misses a quantity costs nothing there: it is counted with all that did. When walks end, these derivatives
+/// are not asked.
+///
+/// ```
+/// use fredholm_core::*;
+///
+/// /// u = ρ ∫ u dy + f on [0, 1) with ρ = ½ and f = ¾: u = f/(1 − ρ).
+/// struct Half;
+/// impl Space for Half {
+///     type Scalar = f64;
+///     type Point = f64;
+/// }
+/// impl Chain for Half {
+///     fn step<U: Uniforms<f64>>(&self, _: &f64, uniforms: &mut U) -> Option<f64> {
+///         Some(uniforms.uniform())
+///     }
+/// }
+/// impl Equation for Half {
+///     type Value = f64;
+///     fn kernel(&self, _: &f64, _: &f64) -> f64 {
+///         0.5
+///     }
+///     fn source<U: Uniforms<f64>>(&self, _: &f64, _: &mut U) -> f64 {
+///         0.75
+///     }
+/// }
+///
+/// let (none, goals) = (NoNeighbour::new(&Half), [Goal::new(At(0.5), Some(0.0))]);
+/// let walks = Goals::new(&Half, &none, &goals, WalkOptions::default());
+/// let both = |_: &f64, _: usize, each: &mut dyn FnMut(Dependence)| {
+///     each(Dependence { quantity: 0, source: -1.5, of_u: 2.0 });
+///     each(Dependence { quantity: 1, source: 1.0, of_u: 0.0 });
+/// };
+/// let job = Sensitivities::new(&walks, 2, &both);
+/// let mut batches = [Batch::new(0, 20_000, 20_000); 3];
+/// job.run(0, &mut batches, u64::MAX)?;
+/// // u = f/(1 − ρ) = 3/2, ∂u/∂ρ = f/(1 − ρ)² = 3 and ∂u/∂f = 1/(1 − ρ) = 2.
+/// for (batch, exact) in batches.iter().zip([1.5, 3.0, 2.0]) {
+///     let found = batch.statistics().preconditioned();
+///     let error = found.std_error.unwrap();
+///     assert!((found.estimate - exact).abs() < 4.0 * error && error < 0.1);
+/// }
+/// # Ok::<(), NotFinite>(())
+/// ```
+pub struct Sensitivities<'a, E: Equation, N: ?Sized, T, G = DefaultGenerator> {
+    goals: &'a Goals<'a, E, N, T, G>,
+    quantities: usize,
+    dependences: &'a Dependences<'a, E::Point>,
+}
+
+impl<E: Equation, N: ?Sized, T, G> core::fmt::Debug for Sensitivities<'_, E, N, T, G> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Sensitivities")
+            .field("quantities", &self.quantities)
+            .finish_non_exhaustive()
+    }
+}
+
+impl<'a, E: Equation, N: ?Sized, T, G> Sensitivities<'a, E, N, T, G> {
+    /// The derivatives of these goals with respect to so many quantities.
+    #[must_use]
+    pub const fn new(
+        goals: &'a Goals<'a, E, N, T, G>,
+        quantities: usize,
+        dependences: &'a Dependences<'a, E::Point>,
+    ) -> Self {
+        Self {
+            goals,
+            quantities,
+            dependences,
+        }
+    }
+}
+
+/// A state that is kept.
+struct Passed<E: Equation> {
+    x: Located<E::Point>,
+    weight: E::Value,
+    /// H v in the state, less all that scored before it.
+    own: WideOf<E>,
+}
+
+/// The states of a walk from the first one that is kept on. It serves one walk after the other.
+struct Passages<'n, E: Equation, N: ?Sized> {
+    neighbour: &'n N,
+    states: [Option<Passed<E>>; KEPT],
+    kept: usize,
+    /// The number of states before those that are kept, and of all so far.
+    before: u32,
+    entered: u32,
+    /// What the walk has scored so far: Σ (W F − H G), less the scores of its steps.
+    score: WideOf<E>,
+}
+
+impl<'n, E: Equation, N: ?Sized> Passages<'n, E, N> {
+    /// Room for states.
+    fn new(neighbour: &'n N, nothing: &E::Value) -> Self {
+        Self {
+            neighbour,
+            states: [(); KEPT].map(|()| None),
+            kept: 0,
+            before: 0,
+            entered: 0,
+            score: nothing.wide(),
+        }
+    }
+
+    /// Forgets the last walk, and keeps the states behind so many of the next one.
+    #[inline(always)]
+    fn begin(&mut self, before: u32, nothing: &E::Value) {
+        (self.kept, self.before, self.entered) = (0, before, 0);
+        self.score = nothing.wide();
+    }
+}
+
+impl<E: Equation, N: NeighbourOf<E> + ?Sized> Visitor<E::Point, E::Scalar, E::Value>
+    for Passages<'_, E, N>
+{
+    #[inline(always)]
+    fn enter(&mut self, x: &Located<E::Point>, weights: &Both<E::Value>) {
+        self.entered += 1;
+        if self.entered > self.before
+            && let Some(state) = self.states.get_mut(self.kept)
+        {
+            let v = self.neighbour.value(x).wide();
+            *state = Some(Passed {
+                x: *x,
+                weight: weights.equation,
+                own: weights.neighbour.wide().times(&v).minus(&self.score),
+            });
+            self.kept += 1;
+        }
+    }
+
+    #[inline(always)]
+    fn score(&mut self, weights: &Both<E::Value>, scores: &Both<E::Value>, share: E::Scalar) {
+        let source = weights.equation.wide().times(&scores.equation.wide());
+        let control = weights.neighbour.wide().times(&scores.neighbour.wide());
+        let own = source.minus(&control).scaled(share.to_f64());
+        self.score = self.score.plus(&own);
+    }
+
+    #[inline(always)]
+    fn score_step(&mut self, weights: &Both<E::Value>, difference: &E::Value) {
+        let control = weights.neighbour.times(difference).wide();
+        self.score = self.score.minus(&control);
+    }
+}
+
+impl<'a, E, N, T, G> Sensitivities<'a, E, N, T, G>
+where
+    E: Equation,
+    N: NeighbourOf<E> + ?Sized,
+    T: Functional<E>,
+    G: Generators,
+{
+    /// Runs walks of a goal as [`Goals::run_goal`] does, and scores the derivatives in the batches behind its own.
+    #[inline(always)]
+    fn run_walks(
+        &self,
+        (own, number): (&Goal<T, WideOf<E>>, u64),
+        course: Course<E::Scalar>,
+        (batches, derivatives): (&mut [Batch], &mut [Batch]),
+        at_most: u64,
+    ) -> Result<(), NotFinite> {
+        let goals = self.goals;
+        let channels = goals.equation.channels();
+        let nothing = E::Value::splat(channels, num_traits::zero());
+        let seeds = WalkSeeds::<G>::new(goals.options.seed, number);
+        let mut memory = G::Memory::default();
+        let mut passages = Passages::<E, N>::new(goals.neighbour, &nothing);
+        let mut left = at_most;
+        while left > 0
+            && let Some(place) = batches.first().and_then(Batch::next_number)
+        {
+            passages.begin(0, &nothing);
+            let by = (place, &mut memory);
+            let score = goals.follow(own, &seeds, course, by, &mut passages);
+            goals.push(&score, batches)?;
+            let phi = score.phi.to_f64();
+            self.accrue((phi, place.walk), &passages, derivatives);
+            let mut before = KEPT as u32;
+            while before < score.walk.states {
+                passages.begin(before, &nothing);
+                let by = (place, &mut G::Memory::default());
+                goals.follow(own, &seeds, course, by, &mut passages);
+                self.accrue((phi, place.walk), &passages, derivatives);
+                before += KEPT as u32;
+            }
+            left -= 1;
+        }
+        Ok(())
+    }
+
+    /// Adds what the kept states of a walk score on their quantities.
+    #[inline(always)]
+    fn accrue(&self, (phi, walk): (f64, u64), passages: &Passages<'_, E, N>, to: &mut [Batch]) {
+        let channels = self.goals.equation.channels();
+        for state in passages.states.iter().take(passages.kept).flatten() {
+            let rest = state.own.plus(&passages.score);
+            for channel in 0..channels {
+                let weight = state.weight.get(channel).to_f64();
+                let in_sum = self.goals.weights.get(channel);
+                let mut add = |on: Dependence| {
+                    if on.quantity >= self.quantities {
+                        return;
+                    }
+                    let score = phi * (on.source * weight + on.of_u * rest.get(channel));
+                    let mut accrue = |statistic: usize, score: f64| {
+                        let batch = to.get_mut(statistic * self.quantities + on.quantity);
+                        if let Some(batch) = batch {
+                            batch.accrue(walk, score);
+                        }
+                    };
+                    accrue(channel, score);
+                    if let Some(share) = in_sum {
+                        accrue(channels, share * score);
+                    }
+                };
+                (self.dependences)(&state.x.point, channel, &mut add);
+            }
+        }
+    }
+}
+
+impl<E, N, T, G> Job for Sensitivities<'_, E, N, T, G>
+where
+    E: Equation + Sync,
+    N: NeighbourOf<E> + Sync + ?Sized,
+    T: Functional<E> + Sync,
+    WideOf<E>: Sync,
+    G: Generators,
+{
+    fn goals(&self) -> usize {
+        self.goals.goals.len() * self.shared()
+    }
+
+    /// The statistics of a goal, and of each the derivatives.
+    fn shared(&self) -> usize {
+        self.goals.statistics() * (1 + self.quantities)
+    }
+
+    fn decisive(&self) -> usize {
+        self.goals.statistics()
+    }
+
+    fn run(&self, first: usize, batches: &mut [Batch], at_most: u64) -> Result<(), NotFinite> {
+        let goal = first / self.shared();
+        let statistics = self.goals.statistics();
+        let (Some(own), Some((batches, derivatives))) = (
+            self.goals.goals.get(goal),
+            batches.split_at_mut_checked(statistics),
+        ) else {
+            return Ok(());
+        };
+        let course = Course::of(self.goals.options.absorption);
+        let both = (&mut *batches, &mut *derivatives);
+        let outcome = with_course!(course, course => self.run_walks((own, goal as u64), course, both, at_most));
+        if let Some(leader) = batches.first() {
+            derivatives
+                .iter_mut()
+                .for_each(|own| own.keep_up_with(leader));
+        }
+        Goals::<E, N, T, G>::end(batches);
+        Goals::<E, N, T, G>::end(derivatives);
+        self.goals.mark_certain(goal * statistics, batches);
+        outcome
+    }
+}
