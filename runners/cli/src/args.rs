@@ -86,6 +86,18 @@ View3D's text) are compared with exact ones.
 How exact u is follows from the file, --target-error or --walks, as for `solve`. Exit status: 0 if the solution is right to \
 within the band, 1 if it is wrong, 3 if it is right and the target error was not reached.")]
     Certify(CertifyArgs),
+    /// Find quantities, such as emissivities, from measured targets
+    #[command(after_help = "\
+The file names what is looked for, `quantities = [\"floor emissivity\"]` in `[fit]`, and what was measured, in `[[target]]`: \
+`measured = { value = 0.31, error = 0.01 }`, or `temperature = 1012` in place of `value`. The values in the file are where \
+the search starts; `[uncertainties]` holds how well other quantities are known, and what was known of these before.
+
+  fredholm fit FILE.toml
+  fredholm fit FILE.toml --out found.toml
+
+The result has standard errors, correlations, the misfit of every target, and χ². Exit status: 0, or 1 if the model does not \
+explain the measurements.")]
+    Fit(FitArgs),
     /// Measure how fast the error falls with cells and walks, beside theory and other methods
     #[command(after_help = "\
 A sweep over cells n with n² walks each, for the mean of u. The table has the standard deviation and \
@@ -255,6 +267,36 @@ pub(crate) struct CertifyArgs {
     #[command(flatten)]
     pub(crate) common: Common,
     /// Write all values to this file: .json, .csv, or .svg for a picture of the errors along one coordinate; of form factors .json
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+}
+
+/// Options of `fit`.
+#[derive(Debug, Args)]
+pub(crate) struct FitArgs {
+    /// The problem file (TOML)
+    pub(crate) file: PathBuf,
+    /// A quantity that is looked for, in place of those of the file; may come several times
+    #[arg(long, value_name = "NAME")]
+    pub(crate) quantity: Vec<String>,
+    /// Walk until the standard errors of u are no larger
+    #[arg(long, visible_alias = "error", value_name = "E")]
+    pub(crate) target_error: Option<f64>,
+    /// Interpret the target error relative to the estimate
+    #[arg(long)]
+    pub(crate) relative: bool,
+    /// Walks for each target in each solution; with a target error the maximum number
+    #[arg(long, value_name = "N", value_parser = count::<u64>)]
+    pub(crate) walks: Option<u64>,
+    /// Stop walking after this time in each solution
+    #[arg(long, value_name = "SECONDS")]
+    pub(crate) time_limit: Option<f64>,
+    /// Seed of the walks
+    #[arg(long, value_name = "S", value_parser = count::<u64>)]
+    pub(crate) seed: Option<u64>,
+    #[command(flatten)]
+    pub(crate) common: Common,
+    /// Write the file with the values that were found (.toml), or the result (.json)
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
 }

@@ -11,6 +11,7 @@ mod drawing;
 mod export;
 mod factors;
 mod failure;
+mod fit;
 mod global;
 mod merge;
 mod paper;
@@ -96,6 +97,7 @@ fn run(command: &Command, process: Option<Process<'_>>) -> Result<Ended, Failure
         Command::Factors(args) => factors::factors(args),
         Command::Rates(args) => rates::rates(args, signals),
         Command::Certify(args) => certify::certify(args, signals),
+        Command::Fit(args) => fit::fit(args, signals),
         Command::Diagnose(args) => diagnose::diagnose(args),
         Command::Render(args) => render::render(args, signals),
         Command::Verify(args) => verify::verify(args, signals),

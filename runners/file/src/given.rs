@@ -356,6 +356,7 @@ impl Reader<'_> {
             name: placed(name),
             component,
             what,
+            measured: None,
         }))
     }
 }

@@ -12,6 +12,7 @@ mod output;
 pub mod parts;
 mod place;
 mod points;
+mod quantities;
 pub mod scene;
 mod section;
 mod validate;
@@ -29,6 +30,7 @@ pub use kinds::{KINDS, Kind, KindEntry};
 pub use load::{MAX_BYTES, load, load_from, utf8};
 pub use model::{Resolution, Resolved};
 pub use place::{InputError, Place, Placed, SetByFlag, Source};
+pub use quantities::{Given, Precision};
 use section::{Field, Section};
 
 /// The largest number of cells accepted.
@@ -53,6 +55,10 @@ pub struct ProblemFile {
     pub walk: Walk,
     /// The `[[target]]` tables, in the order of the file.
     pub targets: Vec<Target>,
+    /// How well quantities are known, by their names: `[uncertainties]`.
+    pub uncertainties: Vec<(Placed<String>, Placed<Precision>)>,
+    /// The quantities that are looked for: `quantities` of `[fit]`.
+    pub fit: Vec<Placed<String>>,
     /// The files of results, beside this file: `files` of `[output]`.
     pub files: Vec<Placed<String>>,
     /// Where targets stand, or should stand.
@@ -128,6 +134,8 @@ pub struct Target {
     pub component: Option<Placed<usize>>,
     /// The quantity that is computed.
     pub what: What,
+    /// What it was measured as.
+    pub measured: Option<Given>,
 }
 
 /// A quantity that a target computes.
@@ -204,6 +212,8 @@ pub fn read(name: &str, text: &str) -> Result<ProblemFile, InputError> {
     let walk = root.section("walk", "in `[walk]`")?;
     let targets = root.optional("target");
     let output = root.section("output", "in `[output]`")?;
+    let uncertainties = root.read("uncertainties", quantities::read_uncertainties)?;
+    let fit = root.section("fit", "in `[fit]`")?;
     root.finish()?;
 
     let targets_span = match &targets {
@@ -218,11 +228,14 @@ pub fn read(name: &str, text: &str) -> Result<ProblemFile, InputError> {
         None => Vec::new(),
     };
     let files = output::read(output, &mut targets)?;
+    let fit = quantities::read_fit(fit)?;
     Ok(ProblemFile {
         problem,
         galerkin,
         walk,
         targets,
+        uncertainties: uncertainties.unwrap_or_default(),
+        fit,
         targets_place: Place::File(targets_span),
         files,
         source,
@@ -277,9 +290,12 @@ fn read_target(mut section: Section<'_, '_>) -> Result<Target, InputError> {
         .filter_map(|key| section.optional(key))
         .collect::<Vec<_>>();
     let surface = section.optional("surface");
+    let measured = section.optional("measured");
     let component = section.read("component", Field::integer)?;
     section.finish()?;
     let name = name.as_ref().map(Field::string).transpose()?;
+    let measured_key = measured.as_ref().map(|field| field.key.clone());
+    let measured = measured.map(quantities::read_measured).transpose()?;
 
     // The tree is sorted by key; the reader of the file meets them in its order.
     chosen.sort_by_key(|field| field.key.start);
@@ -311,22 +327,24 @@ fn read_target(mut section: Section<'_, '_>) -> Result<Target, InputError> {
         _ if matches!(first.value, DeValue::Array(_)) => What::Lattice(first.integers()?),
         _ => {
             let surface = surface.as_ref().map(Field::string).transpose()?;
-            return Ok(Target {
-                name,
-                component,
-                what: What::Grid(first.integer()?, surface),
-            });
+            What::Grid(first.integer()?, surface)
         }
     };
-    if let Some(surface) = surface {
+    if let Some(surface) = surface.filter(|_| !matches!(what, What::Grid(..))) {
         let message = "`surface` belongs to `grid`; elsewhere write `over = \"name\"`, \
                        or `at = { surface = \"name\", t = 0.5 }`";
         return Err(section.source.error(surface.key.clone(), message));
+    }
+    let is_one = !matches!(what, What::Listed(_) | What::Grid(..) | What::Lattice(_));
+    if let Some(key) = measured_key.filter(|_| !is_one) {
+        let message = "a measurement is of one number: give a `[[target]]` of its own for each";
+        return Err(section.source.error(key, message));
     }
     Ok(Target {
         name,
         component,
         what,
+        measured,
     })
 }
 

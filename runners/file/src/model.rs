@@ -65,7 +65,8 @@ impl ProblemFile {
     /// What the model does not take, at its place.
     pub fn resolve(&self) -> Result<Resolved, InputError> {
         let (model, targets) = self.problem.resolve(self)?;
-        let settings = self.settings().for_model(model.model());
+        let mut settings = self.settings().for_model(model.model());
+        settings.uncertainties = self.uncertainties(model.model())?;
         let (cut, pairs) = (settings.discretisation(), settings.walk_options().pairs);
         let checked = model.model().check(&cut, pairs);
         checked.map_err(|error| self.explain(&error))?;
@@ -148,7 +149,9 @@ impl ProblemFile {
             }),
             time_limit: None,
             allow_infinite_variance: walk.allow_infinite_variance,
-            sensitivities: walk.sensitivities.value,
+            // How uncertain targets are follows from them.
+            sensitivities: walk.sensitivities.value || !self.uncertainties.is_empty(),
+            uncertainties: Vec::new(),
         }
     }
 

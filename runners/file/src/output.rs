@@ -34,6 +34,7 @@ pub(crate) fn read(
             name,
             component: None,
             what,
+            measured: None,
         });
     }
     let Some(field) = files else {

@@ -35,6 +35,8 @@ pub struct Heat {
     pub is_flux_given: bool,
     /// The temperature in kelvin of a wall from which the net flux is given; of several points that of the mean of T⁴.
     pub temperature: Option<Estimate>,
+    /// By how much more than u the σT⁴ of that temperature grows with the net flux: 1/ε − 1, if ε is known.
+    pub hidden_by_flux: Option<f64>,
     /// The mean radiant temperature in kelvin, of a point in the air; the plane radiant one of what faces in a direction there.
     pub radiant_temperature: Option<Estimate>,
 }

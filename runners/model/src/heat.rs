@@ -1,7 +1,8 @@
 //! Irradiances, net fluxes and temperatures: what light and heat between surfaces say besides u.
 
 use fredholm_core::{Estimate, Statistics};
-use fredholm_room::{Material, STEFAN_BOLTZMANN};
+use fredholm_room::Material;
+pub use fredholm_room::STEFAN_BOLTZMANN;
 
 use crate::channels::Colours;
 use crate::{Derived, Flux, Goal, Heat, Region};
@@ -234,6 +235,7 @@ pub trait RadiativeExchange {
             net_flux: self.net_flux(region, irradiance, 1.0),
             is_flux_given: self.is_heat() && self.is_reflecting(region),
             temperature: self.surface_temperature(region, u),
+            hidden_by_flux: self.hidden_by_flux(region),
             radiant_temperature: in_air.flatten(),
         }
     }
@@ -252,15 +254,18 @@ pub trait RadiativeExchange {
         }
         let hidden = match q == 0.0 {
             true => 0.0,
-            false => {
-                let own = self.elements(region);
-                q * (1.0 / common(own.iter().map(|own| own.emissivity))?? - 1.0)
-            }
+            false => q * self.hidden_by_flux(region)?,
         };
         self.temperature(Estimate {
             estimate: u.estimate + hidden,
             ..u
         })
+    }
+
+    /// 1/ε − 1 of surfaces from which the net flux is given.
+    fn hidden_by_flux(&self, region: &Region) -> Option<f64> {
+        let own = self.elements(region);
+        Some(1.0 / common(own.iter().map(|own| own.emissivity))?? - 1.0)
     }
 
     /// The temperature in kelvin whose σT⁴ is this mean radiosity, if there are temperatures: in view, the mean radiant

@@ -44,7 +44,7 @@ pub use model::{
     Then, Wanted, WithJob,
 };
 pub use options::{Choice, Choices, Method, Pairs, Scalar, Sequence};
-pub use quantity::{Quantity, SurfaceQuantities};
+pub use quantity::{Quantity, SurfaceQuantities, Uncertainty};
 pub use saved::{SavedSystem, SystemOf};
 pub use settings::{Discretisation, Settings, WalkOptions};
 pub use spot::{BLANK, Beside, Spot, SpotWalks, WriteSpot, picture_is_biased, spots};

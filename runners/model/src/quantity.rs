@@ -2,6 +2,7 @@
 
 use fredholm_core::Dependence;
 use fredholm_room::STEFAN_BOLTZMANN;
+use serde::{Deserialize, Serialize};
 
 use crate::Region;
 use crate::heat::{Element, RadiativeExchange};
@@ -28,10 +29,46 @@ pub struct Quantity {
     pub value: Option<f64>,
     /// The unit of the value, if it has one.
     pub unit: Option<&'static str>,
+    /// The least and the largest value that there may be.
+    pub range: [f64; 2],
 }
 
-/// What a wall or a face depends on: a word, its value and unit, and what u' gains there and times u.
-type Own = (&'static str, f64, Option<&'static str>, [f64; 2]);
+impl Quantity {
+    /// A number without a unit, which may be any.
+    #[must_use]
+    pub fn number(name: &str, value: f64) -> Self {
+        Self {
+            name: name.to_owned(),
+            value: Some(value),
+            unit: None,
+            range: [f64::NEG_INFINITY, f64::INFINITY],
+        }
+    }
+}
+
+/// How well a quantity is known: its name, and its standard error.
+///
+/// ```
+/// use fredholm_model::Uncertainty;
+///
+/// let own = Uncertainty { quantity: "floor emissivity".to_owned(), std_error: 0.02 };
+/// assert!(own.std_error < 0.05);
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Uncertainty {
+    /// The name of the quantity, as results have it.
+    pub quantity: String,
+    /// Its standard error, in its own unit.
+    pub std_error: f64,
+}
+
+/// What a wall or a face depends on: a word, its value, unit and range, and what u' gains there and times u.
+type Own = (&'static str, f64, Option<&'static str>, [f64; 2], [f64; 2]);
+
+/// The range of numbers, of shares, and of temperatures.
+const ANY: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+const SHARE: [f64; 2] = [0.0, 1.0];
+const POSITIVE: [f64; 2] = [0.0, f64::INFINITY];
 
 /// The quantities of a wall or a face. Of a black one its reflectance is none: walks end there, and tell nothing of what arrives.
 fn of_element(element: &Element, is_heat: bool) -> Vec<Own> {
@@ -39,21 +76,27 @@ fn of_element(element: &Element, is_heat: bool) -> Vec<Own> {
     let emissivity = 1.0 - reflectance;
     if !is_heat {
         let own = [-emission / reflectance, 1.0 / reflectance];
-        let own = ("reflectance", reflectance, None, own);
+        let own = ("reflectance", reflectance, None, SHARE, own);
         let own = (reflectance > 0.0).then_some(own);
-        let emission = ("emission", emission, None, [1.0, 0.0]);
+        let emission = ("emission", emission, None, ANY, [1.0, 0.0]);
         return own.into_iter().chain([emission]).collect();
     }
     if emissivity <= 0.0 {
-        return vec![("net flux", emission, Some("W/m²"), [1.0, 0.0])];
+        return vec![("net flux", emission, Some("W/m²"), ANY, [1.0, 0.0])];
     }
     let black = emission / emissivity;
     let temperature = (black / STEFAN_BOLTZMANN).sqrt().sqrt();
     let own = [black + emission / reflectance, -1.0 / reflectance];
-    let own = ("emissivity", emissivity, None, own);
+    let own = ("emissivity", emissivity, None, SHARE, own);
     let own = (reflectance > 0.0).then_some(own);
     let by_temperature = [4.0 * emission / temperature, 0.0];
-    let warm = ("temperature", temperature, Some("K"), by_temperature);
+    let warm = (
+        "temperature",
+        temperature,
+        Some("K"),
+        POSITIVE,
+        by_temperature,
+    );
     let warm = (temperature > 0.0).then_some(warm);
     own.into_iter().chain(warm).collect()
 }
@@ -83,15 +126,18 @@ impl SurfaceQuantities {
                     parts.resize_with(element.part + 1, Vec::new);
                 }
                 let own = of_element(&element, is_heat).into_iter();
-                let own = own.map(|(word, value, unit, [source, of_u])| Dependence {
-                    quantity: first
-                        + number(
-                            &mut quantities,
-                            first,
-                            (format!("{name} {word}"), value, unit),
-                        ),
-                    source,
-                    of_u,
+                let own = own.map(|(word, value, unit, range, [source, of_u])| {
+                    let quantity = Quantity {
+                        name: format!("{name} {word}"),
+                        value: Some(value),
+                        unit,
+                        range,
+                    };
+                    Dependence {
+                        quantity: first + number(&mut quantities, first, quantity),
+                        source,
+                        of_u,
+                    }
                 });
                 parts[element.part] = own.collect();
             }
@@ -112,22 +158,15 @@ impl SurfaceQuantities {
     }
 }
 
-/// The number of a quantity of this name, value and unit among those of one surface, which begin here; a further one is added.
-fn number(
-    all: &mut Vec<Quantity>,
-    first: usize,
-    (name, value, unit): (String, f64, Option<&'static str>),
-) -> usize {
+/// The number of a quantity among those of one surface, which begin here; a further one is added.
+fn number(all: &mut Vec<Quantity>, first: usize, quantity: Quantity) -> usize {
     let own = &mut all[first..];
-    if let Some(number) = own.iter().position(|known| known.name == name) {
+    let known = own.iter().position(|known| known.name == quantity.name);
+    if let Some(number) = known {
         let known = &mut own[number];
-        known.value = known.value.filter(|own| *own == value);
+        known.value = known.value.filter(|own| Some(*own) == quantity.value);
         return number;
     }
-    all.push(Quantity {
-        name,
-        value: Some(value),
-        unit,
-    });
+    all.push(quantity);
     all.len() - 1 - first
 }

@@ -5,6 +5,7 @@ use core::time::Duration;
 use fredholm_core::{Absorption, Estimator, Form, Tolerance};
 use serde::{Deserialize, Serialize};
 
+use crate::Uncertainty;
 use crate::question::ResolventAnswer;
 use crate::written::{choice, open_choice, tolerance};
 use crate::{Choices as _, Error, Method, Model, Pairs, Scalar, Sequence, Subject, WholeValues};
@@ -97,6 +98,9 @@ pub struct Settings {
     /// Whether the derivatives of all targets are wanted, too.
     #[serde(default)]
     pub sensitivities: bool,
+    /// How well quantities are known, for what follows for the targets.
+    #[serde(default)]
+    pub uncertainties: Vec<Uncertainty>,
 }
 
 impl Default for Settings {
@@ -127,6 +131,7 @@ impl Default for Settings {
             time_limit: None,
             allow_infinite_variance: false,
             sensitivities: false,
+            uncertainties: Vec::new(),
         }
     }
 }

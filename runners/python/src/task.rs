@@ -531,6 +531,7 @@ fn nothing(file: &ProblemFile) -> fredholm_file::Target {
         name: Placed::flag("weight", "nothing".to_owned()),
         component: None,
         what,
+        measured: None,
     }
 }
 

@@ -346,6 +346,7 @@ impl Solver<'_> {
         let mut solver = self.clone();
         let (about, settings) = (self.model.about(), &mut solver.settings);
         let by_resolvent = about.takes_resolvent && settings.method != Some(Method::Walks);
+        settings.sensitivities = false;
         if !by_resolvent && about.whole == WholeValues::Points {
             settings.global = settings.global.or(Some(true));
         }

@@ -5,6 +5,7 @@
 pub const VALUE_VERSION: u32 = 1;
 
 pub mod answer;
+mod budget;
 mod certify;
 pub mod choice;
 mod chosen;
@@ -12,6 +13,7 @@ mod custom;
 pub mod diagnosis;
 mod domain;
 pub mod execute;
+mod fit;
 mod kinds;
 #[cfg(doctest)]
 mod manual;
@@ -39,14 +41,16 @@ pub use fredholm_scene_model as scene;
 pub use kinds::*;
 
 pub use answer::SolveObserver;
+pub use budget::Budget;
 pub use certify::{Certificate, CertifiedValue, Verdict};
 pub use custom::{CustomEquation, CustomModel, Uniformly};
 pub use execute::Execute;
+pub use fit::{Fit, FittedQuantity, FittedTarget, Fitting, Measured, Measurement, Unknown};
 pub use fredholm_core::{Absorption, Estimator, Form, StopReason, Tolerance};
 pub use fredholm_model::{
     Ask, Choice, Choices, Discretisation, EquationError, Error, Field, Goal, MeshCell, Method,
     Model, Pairs, Partitioned, Quantity, Region, Scalar, Sequence, Settings, Subject, System,
-    Target, WalkOptions, WeightFn, goals,
+    Target, Uncertainty, WalkOptions, WeightFn, goals,
 };
 pub use fredholm_rayon::Observer;
 pub use point::Point;

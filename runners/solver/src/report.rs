@@ -218,6 +218,9 @@ pub struct GoalReport {
     /// faces in a direction there.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub radiant_temperature: Option<EstimateReport>,
+    /// 1/ε − 1 of a wall from which the net flux is given: by how much more than u its σT⁴ grows with that.
+    #[serde(skip)]
+    pub hidden_by_flux: Option<f64>,
 }
 
 /// A point: coordinates, or a place on a surface.
@@ -537,6 +540,7 @@ impl GoalReport {
             is_flux_given: false,
             temperature: None,
             radiant_temperature: None,
+            hidden_by_flux: None,
         }
     }
 
@@ -547,6 +551,7 @@ impl GoalReport {
         self.net_flux = of(heat.net_flux, model.unit());
         self.is_flux_given = heat.is_flux_given;
         self.temperature = of(heat.temperature, Some("K"));
+        self.hidden_by_flux = heat.hidden_by_flux;
         self.radiant_temperature = of(heat.radiant_temperature, Some("K"));
     }
 

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use crate::answer::Answer;
 use crate::report::Run;
-use crate::{Ask, Error, Goal, Report, SolveError, Solver, Subject, Target};
+use crate::{Ask, Budget, Error, Goal, Report, SolveError, Solver, Subject, Target, Uncertainty};
 
 /// Rows in a table for people, about, and the most and the fewest of a target.
 const ROWS: usize = 48;
@@ -41,6 +41,9 @@ const FEWEST: usize = 2;
 pub struct Sensitivities {
     /// The derivatives, target by target, and of every target the largest first: by what the quantity as a whole contributes, |λ ∂u/∂λ|.
     pub derivatives: Vec<Sensitivity>,
+    /// How uncertain the targets are since quantities are, if that was said of some.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub budgets: Vec<Budget>,
     /// The number of walks of each target.
     pub walks: u64,
     /// The number of states that they visited.
@@ -63,6 +66,7 @@ pub struct Sensitivities {
 ///     derivative: 0.02,
 ///     std_error: Some(1e-4),
 ///     unit: None,
+///     uncertainty: None,
 /// };
 /// assert_eq!(own.contribution(), 2.0);
 /// ```
@@ -82,6 +86,9 @@ pub struct Sensitivity {
     /// The unit of the quantity, if it has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<&'static str>,
+    /// The standard error of the quantity, if it was given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub uncertainty: Option<f64>,
 }
 
 impl Sensitivity {
@@ -108,6 +115,7 @@ impl Sensitivities {
         let statistics = statistics.step_by(run.model.shared());
         Some(Self {
             derivatives: sorted(run.goals, &quantities, values),
+            budgets: Vec::new(),
             walks: statistics.clone().map(Statistics::walks).sum(),
             states: statistics.map(Statistics::states).sum(),
             setup_seconds: answer.setup_seconds,
@@ -120,6 +128,7 @@ impl Sensitivities {
         let of = |own: &crate::report::GoalReport| (own.value(), Some(own.std_error()));
         Self {
             derivatives: sorted(goals, quantities, report.goals.iter().map(of)),
+            budgets: Vec::new(),
             walks: report.walks(),
             states: report.states,
             setup_seconds: report.setup_seconds,
@@ -134,42 +143,102 @@ impl Sensitivities {
         all.find(|own| own.target == target && own.quantity == quantity)
     }
 
-    /// A table for people: of every target the quantities that contribute most.
+    /// A table for people: of every target the quantities that contribute most, and where some are uncertain how uncertain the targets are.
     #[must_use]
     pub fn table(&self) -> String {
-        let head = [
-            "target",
-            "quantity",
-            "value",
-            "∂target/∂quantity",
-            "per 1 %",
+        let has_budgets = !self.budgets.is_empty();
+        let last = match has_budgets {
+            true => ["known to", "target ±"].as_slice(),
+            false => &["per 1 %"],
+        };
+        let head = ["target", "quantity", "value", "∂target/∂quantity"];
+        let mut rows = vec![
+            [&head, last]
+                .concat()
+                .iter()
+                .map(|&own| own.to_owned())
+                .collect(),
         ];
-        let mut rows = vec![head.map(str::to_owned).to_vec()];
         let mut left = 0;
         let by_target = || self.derivatives.chunk_by(|a, b| a.target == b.target);
         let most = (ROWS / by_target().count().max(1)).clamp(FEWEST, MOST);
         for own in by_target() {
+            let own = own.iter();
+            let own = own.filter(|own| !has_budgets || own.uncertainty.is_some());
+            let mut own: Vec<&Sensitivity> = own.collect();
             left += own.len().saturating_sub(most);
-            rows.extend(own.iter().take(most).map(|own| {
-                let unit = own.unit.map_or(String::new(), |unit| format!(" {unit}"));
-                let value = own
-                    .value
-                    .map_or(String::new(), |value| short(value) + &unit);
-                let part = own.value.map(|value| short(0.01 * value * own.derivative));
-                vec![
-                    own.target.clone(),
-                    own.quantity.clone(),
-                    value,
-                    with_error(own.derivative, own.std_error),
-                    part.unwrap_or_default(),
-                ]
-            }));
+            if has_budgets {
+                own.sort_by(|a, b| b.moved().total_cmp(&a.moved()));
+            }
+            rows.extend(own.iter().take(most).map(|own| own.row(has_budgets)));
         }
         let mut text = aligned(&rows);
         if left > 0 {
             text += &format!("{left} smaller ones are in the JSON\n");
         }
+        if has_budgets {
+            text += &self.table_of_budgets();
+        }
         text
+    }
+
+    fn table_of_budgets(&self) -> String {
+        let has_kelvin = self
+            .budgets
+            .iter()
+            .any(|own| own.temperature_std_error.is_some());
+        let head = [
+            "target",
+            "± by quantities",
+            "± K",
+            "most by",
+            "± without it",
+        ];
+        let mut rows = vec![head.map(str::to_owned)];
+        rows.extend(self.budgets.iter().map(|own| {
+            [
+                own.target.clone(),
+                short(own.std_error),
+                own.temperature_std_error.map_or(String::new(), short),
+                own.largest.clone().unwrap_or_default(),
+                short(own.without_largest),
+            ]
+        }));
+        let columns = |row: [String; 5]| {
+            let kept = row.into_iter().enumerate();
+            kept.filter(|(column, _)| *column != 2 || has_kelvin)
+                .map(|(_, text)| text)
+                .collect()
+        };
+        let rows: Vec<Vec<String>> = rows.into_iter().map(columns).collect();
+        format!("\n{}", aligned(&rows))
+    }
+}
+
+impl Sensitivity {
+    /// By how much the target moves with a standard error of the quantity; 0 if none is given.
+    fn moved(&self) -> f64 {
+        (self.uncertainty.unwrap_or(0.0) * self.derivative).abs()
+    }
+
+    /// A row of a table: with a budget, or with what 1 % of the quantity does.
+    fn row(&self, has_budget: bool) -> Vec<String> {
+        let unit = self.unit.map_or(String::new(), |unit| format!(" {unit}"));
+        let with_unit = |value: f64| short(value) + &unit;
+        let mut row = vec![
+            self.target.clone(),
+            self.quantity.clone(),
+            self.value.map_or(String::new(), with_unit),
+            with_error(self.derivative, self.std_error),
+        ];
+        if has_budget {
+            row.push(self.uncertainty.map_or(String::new(), with_unit));
+            row.push(short(self.moved()));
+        } else {
+            let part = self.value.map(|value| 0.01 * value * self.derivative);
+            row.push(part.map_or(String::new(), short));
+        }
+        row
     }
 }
 
@@ -178,6 +247,12 @@ impl Solver<'_> {
     pub fn with_sensitivities(mut self, are_wanted: bool) -> Self {
         self.settings.sensitivities = are_wanted;
         self
+    }
+
+    /// Sets how well quantities are known, and asks for sensitivities and [budgets](Budget) of the targets.
+    pub fn uncertain(mut self, uncertainties: Vec<Uncertainty>) -> Self {
+        self.settings.uncertainties = uncertainties;
+        self.with_sensitivities(true)
     }
 
     /// Refuses sensitivities of an equation that has none, of targets that have none, and by walks that tell none.
@@ -242,8 +317,10 @@ impl Solver<'_> {
             Ok(Some(Sensitivities::of_report(&found, &goals, &quantities)))
         };
         match self.explained(run()) {
-            Ok(None) => {}
-            Ok(found) => report.sensitivities = found,
+            Ok(found) => {
+                report.sensitivities = found.or(report.sensitivities.take());
+                report.add_budgets(&self.settings.uncertainties);
+            }
             Err(SolveError::Cancelled(_)) => {
                 return Err(SolveError::Cancelled(Some(Box::new(report.clone()))));
             }
@@ -284,6 +361,7 @@ fn sorted(
             derivative,
             std_error,
             unit: quantity.unit,
+            uncertainty: None,
         });
         let mut own: Vec<Sensitivity> = own.collect();
         own.sort_by(|a, b| b.contribution().abs().total_cmp(&a.contribution().abs()));

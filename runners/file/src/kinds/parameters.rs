@@ -71,15 +71,8 @@ fn independent(file: &ProblemFile, space: &Space) -> Vec<(usize, Quantity)> {
     let moves = |own: &Parameter| texts.clone().any(|text| occurrences(text, &own.name) > 0);
     let all = space.parameters.value.iter().enumerate();
     let own = all.filter(|(_, own)| own.formula.is_none() && !moves(own));
-    own.map(|(number, own)| {
-        let quantity = Quantity {
-            name: own.name.clone(),
-            value: Some(own.value),
-            unit: None,
-        };
-        (number, quantity)
-    })
-    .collect()
+    own.map(|(number, own)| (number, Quantity::number(&own.name, own.value)))
+        .collect()
 }
 
 /// A formula with its derivatives by all of some parameters.

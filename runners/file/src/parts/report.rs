@@ -57,5 +57,6 @@ pub fn merged(merged: &Merged) -> Result<(Report, ProblemFile), InputError> {
     };
     let mut report = Report::new(&run, merged.answer(model, &goals));
     report.reason = merged.missing_text().or(report.reason);
+    report.add_budgets(&resolved.settings.uncertainties);
     Ok((report, file))
 }

@@ -32,9 +32,8 @@ pub type SourceSlopes = dyn Fn(usize, usize, &[f64]) -> f64 + Send + Sync;
 /// use fredholm::{CubeModel, Derivatives, Quantity, Solver};
 ///
 /// // u = a x ∫ y u dy + x: u = x/(1 − a/3), so that ∂u/∂a = ⅓ x/(1 − a/3)².
-/// let a = Quantity { name: "a".to_owned(), value: Some(0.5), unit: None };
 /// let derivatives = Derivatives {
-///     quantities: vec![a],
+///     quantities: vec![Quantity::number("a", 0.5)],
 ///     kernel: Box::new(|_, _, x, y| x[0] * y[0]),
 ///     source: Box::new(|_, _, _| 0.0),
 /// };

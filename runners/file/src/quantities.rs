@@ -1,0 +1,323 @@
+//! The quantities of an equation by their names: how well they are known, which are looked for, and other values of theirs.
+
+use core::ops::Range;
+use core::time::Duration;
+
+use fredholm::report::Report;
+use fredholm::{
+    Error, Fit, Fitting, Measured, Measurement, Model, Quantity, SolveError, SolveObserver, Solver,
+    Subject, Uncertainty, Unknown,
+};
+use toml::de::{DeTable, DeValue};
+
+use crate::place::{InputError, Placed};
+use crate::section::{Field, Section, nearest};
+use crate::{ProblemFile, read};
+
+/// How well a quantity is known: `[uncertainties]`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Precision {
+    /// Its standard error, in its own unit.
+    Absolute(f64),
+    /// Its standard error as a share of it.
+    Relative(f64),
+}
+
+/// What a target was measured as: `measured`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Given {
+    /// What of it.
+    pub what: Measured,
+    /// The number.
+    pub value: Placed<f64>,
+    /// Its standard error.
+    pub error: Placed<f64>,
+}
+
+/// Reads `[uncertainties]`.
+pub(crate) fn read_uncertainties(
+    field: &Field<'_, '_>,
+) -> Result<Vec<(Placed<String>, Placed<Precision>)>, InputError> {
+    let DeValue::Table(table) = &field.value else {
+        let wanted =
+            "a table of standard errors, such as `\"floor emissivity\" = 0.02` or `k = \"5 %\"`";
+        return Err(field.mistyped(wanted));
+    };
+    let mut all = Vec::new();
+    for (key, value) in table {
+        let name = Placed::file(key.span(), key.get_ref().to_string());
+        let own = Field {
+            source: field.source,
+            name: name.value.clone(),
+            key: key.span(),
+            span: value.span(),
+            value: value.get_ref().clone(),
+        };
+        let precision = match &own.value {
+            DeValue::String(text) => {
+                let number = text.trim().strip_suffix('%').map(str::trim_end);
+                let share = number.and_then(|number| number.parse::<f64>().ok());
+                share.map(|share| Precision::Relative(share / 100.0))
+            }
+            _ => Some(Precision::Absolute(own.number()?.value)),
+        };
+        let is_good = |precision: &Precision| match precision {
+            Precision::Absolute(error) | Precision::Relative(error) => {
+                *error > 0.0 && error.is_finite()
+            }
+        };
+        let precision = precision.filter(is_good).ok_or_else(|| {
+            own.error("a standard error is a number above 0, or a share such as \"5 %\"")
+        })?;
+        all.push((name, Placed::file(own.span, precision)));
+    }
+    // The tree is sorted by key.
+    all.sort_by_key(|(_, precision)| match &precision.place {
+        crate::Place::File(span) => span.start,
+        _ => 0,
+    });
+    Ok(all)
+}
+
+/// Reads `[fit]`.
+pub(crate) fn read_fit(mut section: Section<'_, '_>) -> Result<Vec<Placed<String>>, InputError> {
+    let quantities = section.read("quantities", Field::strings)?;
+    section.finish()?;
+    Ok(quantities.map_or(Vec::new(), |quantities| quantities.value))
+}
+
+/// Reads `measured` of a target.
+pub(crate) fn read_measured(field: Field<'_, '_>) -> Result<Given, InputError> {
+    let mut section = field.section("in `measured`")?;
+    let value = section.read("value", Field::number)?;
+    let temperature = section.read("temperature", Field::number)?;
+    let error = section.required("error")?.number()?;
+    section.finish()?;
+    let (what, value) = match (value, temperature) {
+        (Some(value), None) => (Measured::Value, value),
+        (None, Some(temperature)) => (Measured::Temperature, temperature),
+        _ => {
+            return Err(section.error(
+                "give what was measured: `value`, in the unit of u, or `temperature`, in kelvin, and its standard `error`",
+            ));
+        }
+    };
+    Ok(Given { what, value, error })
+}
+
+impl ProblemFile {
+    /// The quantity of this name.
+    fn quantity<'q>(
+        &self,
+        all: &'q [Quantity],
+        name: &Placed<String>,
+    ) -> Result<&'q Quantity, InputError> {
+        if let Some(own) = all.iter().find(|own| own.name == name.value) {
+            return Ok(own);
+        }
+        let names: Vec<&str> = all.iter().map(|own| own.name.as_str()).collect();
+        let message = match nearest(&name.value, &names) {
+            Some(known) => format!("there is no quantity {:?}; did you mean {known:?}?", name.value),
+            None if names.is_empty() => {
+                "this problem has no quantities: those are of rooms, scenes and equations with parameters".to_owned()
+            }
+            None => format!(
+                "there is no quantity {:?}: there are {}",
+                name.value,
+                crate::section::listed(&names, '"', "and")
+            ),
+        };
+        Err(self.error(&name.place, message))
+    }
+
+    /// The standard errors of quantities, as `[uncertainties]` has them.
+    ///
+    /// # Errors
+    /// A quantity is none of the model, or a share is of one without a value.
+    pub fn uncertainties(&self, model: &dyn Model) -> Result<Vec<Uncertainty>, InputError> {
+        if self.uncertainties.is_empty() {
+            return Ok(Vec::new());
+        }
+        let all = model.quantities();
+        let one = |(name, precision): &(Placed<String>, Placed<Precision>)| {
+            let quantity = self.quantity(&all, name)?;
+            let std_error = match precision.value {
+                Precision::Absolute(error) => error,
+                Precision::Relative(share) => {
+                    let value = quantity.value.filter(|value| *value != 0.0);
+                    share * value.map(f64::abs).ok_or_else(|| {
+                        let message = "a share is of one value other than 0: give a number in the unit of the quantity";
+                        self.error(&precision.place, message)
+                    })?
+                }
+            };
+            Ok(Uncertainty {
+                quantity: name.value.clone(),
+                std_error,
+            })
+        };
+        self.uncertainties.iter().map(one).collect()
+    }
+
+    /// The quantities that `[fit]` looks for, the measurements of targets, and what is uncertain besides.
+    ///
+    /// # Errors
+    /// What is missing, or is none of the model.
+    pub fn fitting(&self, model: &dyn Model) -> Result<Fitting, InputError> {
+        let all = model.quantities();
+        let mut uncertainties = self.uncertainties(model)?;
+        if self.fit.is_empty() {
+            let names: Vec<&str> = all.iter().map(|own| own.name.as_str()).collect();
+            let there = crate::section::listed(&names, '"', "and");
+            return Err(InputError::new(format_args!(
+                "{}: name what is looked for, `quantities = [\"…\"]` in `[fit]`: there are {there}",
+                self.source.name,
+            )));
+        }
+        let mut unknowns = Vec::new();
+        for name in &self.fit {
+            let quantity = self.quantity(&all, name)?.clone();
+            if self.number_of(&name.value)?.is_none() {
+                let message = format_args!(
+                    "the value of {:?} does not stand in the file as one number: write it there, in its `[[problem.surface]]`",
+                    name.value
+                );
+                return Err(self.error(&name.place, message));
+            }
+            let known = uncertainties
+                .iter()
+                .position(|own| own.quantity == name.value);
+            let known_to = known.map(|number| uncertainties.remove(number).std_error);
+            unknowns.push(Unknown { quantity, known_to });
+        }
+        let mut measurements = Vec::new();
+        for target in &self.targets {
+            let Some(given) = &target.measured else {
+                continue;
+            };
+            self.demand(
+                &given.error,
+                given.error.value > 0.0,
+                "a standard error is above 0",
+            )?;
+            measurements.push(Measurement {
+                target: target.name.value.clone(),
+                what: given.what,
+                value: given.value.value,
+                std_error: given.error.value,
+            });
+        }
+        if measurements.is_empty() {
+            let message = "no target is measured: give `measured = { value = 0.31, error = 0.01 }`, or `temperature` in place of \
+                           `value`, in `[[target]]`";
+            return Err(self.error(&self.targets_place, message));
+        }
+        Ok(Fitting {
+            unknowns,
+            measurements,
+            uncertainties,
+        })
+    }
+
+    /// The bytes of the number that a quantity stands as, if it does.
+    fn number_of(&self, quantity: &str) -> Result<Option<Range<usize>>, InputError> {
+        let tree = DeTable::parse(&self.source.text);
+        let tree = tree.map_err(|error| InputError::new(error.message()))?;
+        Ok(place_of(tree.get_ref(), quantity))
+    }
+
+    /// This file with other values of quantities, and its text.
+    ///
+    /// # Errors
+    /// A value does not stand in the file as one number, or is none that it may be.
+    pub fn with_values(&self, values: &[(&str, f64)]) -> Result<(Self, String), InputError> {
+        let mut edits = Vec::new();
+        for (name, value) in values {
+            let span = self.number_of(name)?;
+            let missing = || InputError::new(format_args!("no number {name:?} in the file"));
+            edits.push((span.ok_or_else(missing)?, format!("{value:?}")));
+        }
+        edits.sort_by_key(|(span, _)| core::cmp::Reverse(span.start));
+        let mut text = self.source.text.clone();
+        for (span, number) in edits {
+            text.replace_range(span, &number);
+        }
+        let mut file = read(&self.source.name, &text)?;
+        file.galerkin = self.galerkin.clone();
+        file.walk = self.walk.clone();
+        file.validate()?;
+        Ok((file, text))
+    }
+
+    /// Looks for quantities of this file, as [`fitting`](Self::fitting) has them, in solutions that take so long each; also the text of the file
+    /// with the values that were found.
+    ///
+    /// # Errors
+    /// [`SolveError`].
+    pub fn find(
+        &self,
+        fitting: &Fitting,
+        time_limit: Option<Duration>,
+        watch: &dyn SolveObserver,
+    ) -> Result<(Fit, String), SolveError> {
+        let names: Vec<&str> = fitting
+            .unknowns
+            .iter()
+            .map(|own| own.quantity.name.as_str())
+            .collect();
+        let with = |values: &[f64]| {
+            let values: Vec<(&str, f64)> =
+                names.iter().copied().zip(values.iter().copied()).collect();
+            self.with_values(&values).map_err(failed)
+        };
+        let mut solve = |values: &[f64]| -> Result<Report, SolveError> {
+            let (file, _) = with(values)?;
+            let own = file.resolve().map_err(failed)?;
+            let settings = fredholm::Settings {
+                time_limit,
+                ..own.settings
+            };
+            let solver = Solver::with(own.model.model(), settings, own.targets);
+            match solver.observer(watch).with_sensitivities(true).solve() {
+                Err(SolveError::NotReached(report)) => Ok(*report),
+                other => other,
+            }
+        };
+        let fit = fitting.fit(&mut solve)?;
+        let found: Vec<f64> = fit.quantities.iter().map(|own| own.value).collect();
+        let text = with(&found)?.1;
+        Ok((fit, text))
+    }
+}
+
+fn failed(error: InputError) -> SolveError {
+    let (subject, message) = (Subject::Problem, error.to_string());
+    Error::Option { subject, message }.into()
+}
+
+/// The bytes of the number that a quantity stands as: of a surface, in `[[problem.surface]]`, or in `[problem.parameters]`.
+fn place_of(root: &DeTable<'_>, quantity: &str) -> Option<Range<usize>> {
+    let problem = root.get("problem")?.get_ref().as_table()?;
+    let parameters = problem
+        .get("parameters")
+        .and_then(|own| own.get_ref().as_table());
+    if let Some(value) = parameters.and_then(|own| own.get(quantity)) {
+        return is_number(value.get_ref()).then(|| value.span());
+    }
+    let surfaces = problem.get("surface")?.get_ref().as_array()?;
+    surfaces.iter().find_map(|own| {
+        let own = own.get_ref().as_table()?;
+        let name = own.get("name")?.get_ref().as_str()?;
+        let key = quantity
+            .strip_prefix(name)?
+            .strip_prefix(' ')?
+            .replace(' ', "_");
+        let value = own.get(key.as_str())?;
+        let is_text = key == "temperature" && value.get_ref().is_str();
+        (is_text || is_number(value.get_ref())).then(|| value.span())
+    })
+}
+
+fn is_number(value: &DeValue<'_>) -> bool {
+    matches!(value, DeValue::Integer(_) | DeValue::Float(_))
+}
