@@ -11,7 +11,7 @@ use fredholm::{
 use toml::de::{DeTable, DeValue};
 
 use crate::place::{InputError, Placed};
-use crate::section::{Field, Section, nearest};
+use crate::section::{Field, Section, listed, nearest};
 use crate::{ProblemFile, read};
 
 /// How well a quantity is known: `[uncertainties]`.
@@ -124,7 +124,7 @@ impl ProblemFile {
             None => format!(
                 "there is no quantity {:?}: there are {}",
                 name.value,
-                crate::section::listed(&names, '"', "and")
+                listed(&names, '"', "and")
             ),
         };
         Err(self.error(&name.place, message))
@@ -159,6 +159,36 @@ impl ProblemFile {
         self.uncertainties.iter().map(one).collect()
     }
 
+    /// Says what a target was measured as, in place of what the file says of it.
+    ///
+    /// # Errors
+    /// There is no target of this name, or the error is none.
+    pub fn measure(
+        &mut self,
+        target: &str,
+        what: Measured,
+        (value, error): (f64, f64),
+    ) -> Result<(), InputError> {
+        const MEASURED: &str = "measured";
+        let names: Vec<String> = self
+            .targets
+            .iter()
+            .map(|own| own.name.value.clone())
+            .collect();
+        let Some(own) = self.targets.iter_mut().find(|own| own.name.value == target) else {
+            return Err(InputError::new(format_args!(
+                "{MEASURED}: there is no target {target:?}: there are {}",
+                listed(&names, '"', "and")
+            )));
+        };
+        own.measured = Some(Given {
+            what,
+            value: Placed::flag(MEASURED, value),
+            error: Placed::flag(MEASURED, error),
+        });
+        Ok(())
+    }
+
     /// The quantities that `[fit]` looks for, the measurements of targets, and what is uncertain besides.
     ///
     /// # Errors
@@ -168,7 +198,7 @@ impl ProblemFile {
         let mut uncertainties = self.uncertainties(model)?;
         if self.fit.is_empty() {
             let names: Vec<&str> = all.iter().map(|own| own.name.as_str()).collect();
-            let there = crate::section::listed(&names, '"', "and");
+            let there = listed(&names, '"', "and");
             return Err(InputError::new(format_args!(
                 "{}: name what is looked for, `quantities = [\"…\"]` in `[fit]`: there are {there}",
                 self.source.name,

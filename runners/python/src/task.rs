@@ -7,7 +7,8 @@ use fredholm::choice::Chosen;
 use fredholm::model::Model;
 use fredholm::resolvent::ResolventAnswer;
 use fredholm::{
-    Ask, Choices as _, Field as Function, Method, Region, SolveError, Solver, Target, WeightFn,
+    Ask, Choices as _, Field as Function, Measured, Method, Region, SolveError, Solver, Target,
+    WeightFn,
 };
 use fredholm_factors::{Factors, FactorsError, Sights};
 use fredholm_file::kinds::{Cube, Room};
@@ -353,6 +354,38 @@ impl Task {
         let found = opened.done(py, self.threads(options)?, &watch, work)?;
         let found = found.map_err(|error| of_solve(py, &error, &opened.file))?;
         Ok((json_of(py, &found)?, found.table()))
+    }
+
+    /// Quantities from measured targets, as JSON and as a table. A measurement is the name of a target, its value and error, and whether that is a
+    /// temperature.
+    fn fit(
+        &self,
+        quantities: Vec<String>,
+        measured: Vec<(String, f64, f64, bool)>,
+        options: &Bound<'_, PyDict>,
+    ) -> PyResult<(String, String)> {
+        let py = options.py();
+        let watch = Arc::new(Watch::default());
+        let mut opened = self.open(options, &watch)?;
+        let file = &mut opened.file;
+        let wrong = |error| of_input(py, &error);
+        if !quantities.is_empty() {
+            let named = quantities.into_iter();
+            file.fit = named.map(|name| Placed::flag("quantities", name)).collect();
+        }
+        for (name, value, error, is_temperature) in measured {
+            let what = match is_temperature {
+                true => Measured::Temperature,
+                false => Measured::Value,
+            };
+            file.measure(&name, what, (value, error)).map_err(wrong)?;
+        }
+        let fitting = opened.file.fitting(opened.model()).map_err(wrong)?;
+        let limit = opened.resolved.settings.time_limit;
+        let work = || opened.file.find(&fitting, limit, &*watch);
+        let found = opened.done(py, self.threads(options)?, &watch, work)?;
+        let (fit, _) = found.map_err(|error| of_solve(py, &error, &opened.file))?;
+        Ok((json_of(py, &fit)?, fit.table()))
     }
 
     /// Form factors between the surfaces of a room: their names, and all rows one after the other.

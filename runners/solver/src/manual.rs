@@ -2,6 +2,8 @@
 
 #[doc = include_str!("../../../README.md")]
 struct Readme;
+#[doc = include_str!("../../../docs/fit.md")]
+struct Fit;
 #[doc = include_str!("../../../docs/certify.md")]
 struct Certify;
 #[doc = include_str!("../../../docs/circles.md")]

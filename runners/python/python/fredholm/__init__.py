@@ -25,7 +25,7 @@ from .errors import (
     TooLongError,
 )
 from .problems import Channels, Circle, Cube, Problem, Room, Sphere, System, Tube, factors, load
-from .result import Certificate, Diagnosis, Factors, Field, Prediction, Result, Sensitivities, Sweep, Value
+from .result import Certificate, Diagnosis, Factors, Field, Fit, Prediction, Result, Sensitivities, Sweep, Value
 
 __version__ = "0.1.0"
 
@@ -38,6 +38,7 @@ __all__ = [
     "Diagnosis",
     "Factors",
     "Field",
+    "Fit",
     "FredholmError",
     "InfiniteVarianceError",
     "InputError",

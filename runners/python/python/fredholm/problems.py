@@ -15,7 +15,7 @@ import numpy as np
 from . import _fredholm
 from .errors import InputError, Interrupted, NotReachedError, ReportWarning, complex_error
 from .functions import Function, compiled_functions
-from .result import Certificate, Diagnosis, Factors, Field, Prediction, Result, Sensitivities, Sweep
+from .result import Certificate, Diagnosis, Factors, Field, Fit, Prediction, Result, Sensitivities, Sweep
 
 __all__ = ["Circle", "Cube", "Problem", "Room", "Sphere", "System", "factors", "load"]
 
@@ -681,6 +681,51 @@ class Problem:
         targets, settings = self._split(at, mean, options)
         report, table = self._task(targets).sensitivities(settings)
         return Sensitivities(report, table)
+
+    def fit(
+        self,
+        quantities: Union[str, Sequence[str], None] = None,
+        *,
+        measured: Optional[Mapping[str, tuple[float, float]]] = None,
+        temperatures: Optional[Mapping[str, tuple[float, float]]] = None,
+        at: Optional[Places] = None,
+        mean: bool = False,
+        **options: Any,
+    ) -> Fit:
+        """Finds quantities, such as emissivities or parameters of formulas, from measured targets, by least squares.
+
+        Parameters
+        ----------
+        quantities : str or list of str
+            What is looked for, from its value in the problem on; what the file says in its ``[fit]`` otherwise.
+        measured, temperatures : dict
+            By the name of a target what it was measured as, and the standard error: u, or the temperature in kelvin that follows from it.
+        at, mean
+            Targets, as in :meth:`solve`.
+        **options
+            Targets and settings as in :meth:`solve`.
+
+        Examples
+        --------
+        >>> import fredholm
+        >>> u = fredholm.Cube("a * x * y", "x", parameters={"a": 0.2})  # the solution is x/(1 - a/3)
+        >>> found = u.fit("a", measured={"u(0.5)": (0.6, 0.006)}, at=0.5)
+        >>> round(found["a"], 6), round(found.std_error("a"), 6)
+        (0.5, 0.025)
+        """
+        if isinstance(quantities, str):
+            quantities = [quantities]
+        numbers = []
+        for argument, given, kelvin in (("measured", measured, False), ("temperatures", temperatures, True)):
+            for name, one in (given or {}).items():
+                try:
+                    value, error = (float(x) for x in one)
+                except (TypeError, ValueError):
+                    raise InputError(f"{argument}[{name!r}] = {one!r}: give a number and its standard error") from None
+                numbers.append((name, value, error, kelvin))
+        targets, settings = self._split(at, mean, options)
+        report, table = self._task(targets).fit(list(quantities or []), numbers, settings)
+        return Fit(report, table)
 
     def factors(self) -> Factors:
         """Form factors between the surfaces of a room."""

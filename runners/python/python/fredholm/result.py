@@ -331,7 +331,7 @@ class Sensitivities(_Report):
 
     def std_error(self, target: str, quantity: str) -> float:
         """The standard error of a derivative."""
-        return float(self._one((target, quantity))["std_error"])
+        return _number(self._one((target, quantity))["std_error"])
 
     def _one(self, names: tuple[str, str]) -> dict[str, Any]:
         target, quantity = names
@@ -345,6 +345,39 @@ class Sensitivities(_Report):
         import pandas
 
         return pandas.DataFrame(self._raw["derivatives"])
+
+
+class Fit(_Report):
+    """Quantities that were found from measurements: ``found["load emissivity"]`` is one of them."""
+
+    def __getitem__(self, quantity: str) -> float:
+        return float(self._one(quantity)["value"])
+
+    def std_error(self, quantity: str) -> float:
+        """The standard error of a quantity, by measurements, walks and uncertain quantities."""
+        return float(self._one(quantity)["std_error"])
+
+    def _one(self, quantity: str) -> dict[str, Any]:
+        for own in self._raw["quantities"]:
+            if own["name"] == quantity:
+                return dict(own)
+        raise KeyError(f"there is no quantity {quantity!r}")
+
+    @property
+    def covariance(self) -> Array:
+        """The covariance of the quantities, in their order."""
+        return np.array(self._raw["covariance"], dtype=float)
+
+    @property
+    def deviations(self) -> dict[str, float]:
+        """By the name of every measured target what was measured less what was fitted, in standard errors."""
+        return {own["name"]: float(own["deviation"]) for own in self._raw["targets"]}
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """A table with a row for each quantity; needs pandas."""
+        import pandas
+
+        return pandas.DataFrame(self._raw["quantities"])
 
 
 class Sweep(_Report):
