@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use fredholm_model::numbers::{aligned, short, with_error};
+use fredholm_model::numbers::{NORMAL, aligned, short, with_error};
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::{DMatrix, DVector, Dyn, Owned};
 use serde::Serialize;
@@ -13,10 +13,10 @@ use crate::{Error, Quantity, Report, SolveError, Subject, Uncertainty};
 const TOLERANCE: f64 = 1e-4;
 /// Solutions that a fit of one quantity takes at most, and as many more for each further one.
 const PATIENCE: usize = 20;
-/// The part of a standard error that a last step may still move a quantity by, besides what errors of derivatives make of it.
+/// The part of a standard error that a last step may still move a quantity by, besides what walks make of it.
 const SETTLED: f64 = 0.1;
-/// The normal deviate of those.
-const OF_DERIVATIVES: f64 = 3.0;
+/// The normal deviate of that.
+const OF_WALKS: f64 = 3.0;
 /// The share of a range that a start keeps from its ends.
 const INSIDE: f64 = 1e-3;
 /// The normal deviate that is exceeded once in a thousand times.
@@ -143,6 +143,8 @@ pub struct FittedQuantity {
     pub value: f64,
     /// Its standard error, by measurements, walks and uncertain quantities; of a value at the end of its range as if there were none.
     pub std_error: f64,
+    /// The ends of the interval of 95 %, which stays within the range of the quantity: of emissivities near 0 or 1 it is no symmetric one.
+    pub interval: [f64; 2],
     /// Its unit, if it has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<&'static str>,
@@ -180,11 +182,18 @@ impl Fit {
     #[must_use]
     pub fn table(&self) -> String {
         let unit = |unit: Option<&str>| unit.map_or(String::new(), |unit| format!(" {unit}"));
-        let mut rows = vec![["quantity", "start", "found"].map(str::to_owned).to_vec()];
+        let head = ["quantity", "start", "found", "95 %"];
+        let mut rows = vec![head.map(str::to_owned).to_vec()];
         rows.extend(self.quantities.iter().map(|own| {
             let unit = unit(own.unit);
             let found = with_error(own.value, Some(own.std_error));
-            vec![own.name.clone(), short(own.start) + &unit, found + &unit]
+            let interval = format!("{} to {}", short(own.interval[0]), short(own.interval[1]));
+            vec![
+                own.name.clone(),
+                short(own.start) + &unit,
+                found + &unit,
+                interval + &unit,
+            ]
         }));
         let mut text = aligned(&rows);
         let errors: Vec<f64> = self.quantities.iter().map(|own| own.std_error).collect();
@@ -207,7 +216,7 @@ impl Fit {
                 own.name.clone(),
                 with_error(own.measured, Some(own.measured_std_error)) + &unit,
                 with_error(own.fitted, Some(own.fitted_std_error)) + &unit,
-                format!("{:.1}", own.deviation),
+                format!("{:.1}", own.deviation + 0.0),
             ]
         }));
         text += &format!("\n{}", aligned(&rows));
@@ -271,21 +280,22 @@ impl Fitting {
         }
         let at = search.look()?;
         let found = &search.seen[at];
-        let (residuals, jacobian) = found.weighted(&found.whitening()?, self);
+        let whitening = search.whitening.as_ref();
+        let whitening = whitening.ok_or(Error::Internal("a fit without weights"))?;
+        let (residuals, jacobian) = found.weighted(whitening, self);
         let information = jacobian.tr_mul(&jacobian);
         let gradient = jacobian.tr_mul(&residuals);
         let covariance = self.inverse(information)?;
         let errors: Vec<f64> = covariance.diagonal().iter().map(|c| c.sqrt()).collect();
         let step = &covariance * gradient;
-        let noise = found.gradient_noise();
-        let noise = covariance.map(|c| c * c) * noise.map(|error| error * error);
+        let noise = found.step_noise(&covariance)?;
         for (i, own) in self.unknowns.iter().enumerate() {
             let (value, range) = (found.values[i], own.quantity.range);
             // At the end of its range a quantity would go on.
             let is_at_end = range
                 .iter()
                 .any(|end| (value - end).abs() < 0.1 * errors[i]);
-            let may = SETTLED * errors[i] + OF_DERIVATIVES * noise[i].sqrt();
+            let may = SETTLED * errors[i] + OF_WALKS * noise[i];
             if step[i].abs() > may && !is_at_end {
                 return Err(refused(format!(
                     "no end was found: {:?} is {} and would still move by {}, with a standard error of {}; start nearer, or walk \
@@ -305,6 +315,7 @@ impl Fitting {
                     start: own.quantity.value.unwrap_or(f64::NAN),
                     value,
                     std_error,
+                    interval: own.interval(value, std_error),
                     unit: own.quantity.unit,
                 })
                 .collect(),
@@ -356,19 +367,30 @@ impl Unknown {
     /// The parameter of the start.
     fn start(&self) -> Result<f64, SolveError> {
         let name = &self.quantity.name;
-        let value = self
-            .quantity
-            .value
+        let value = self.quantity.value;
+        let value = value
             .ok_or_else(|| refused(format!("{name:?} has several values: a fit looks for one")))?;
+        Ok(self.parameter(value))
+    }
+
+    /// The parameter of a value, which is any number; of an end of the range that of a value near it.
+    fn parameter(&self, value: f64) -> f64 {
         let [low, high] = self.quantity.range;
-        Ok(match (low.is_finite(), high.is_finite()) {
+        match (low.is_finite(), high.is_finite()) {
             (true, true) => {
                 let share = ((value - low) / (high - low)).clamp(INSIDE, 1.0 - INSIDE);
                 (share / (1.0 - share)).ln()
             }
             (true, false) => (value - low).max(f64::MIN_POSITIVE).ln(),
             _ => value,
-        })
+        }
+    }
+
+    /// The interval of 95 % about a value with this standard error: that of the parameter.
+    fn interval(&self, value: f64, std_error: f64) -> [f64; 2] {
+        let parameter = self.parameter(value);
+        let half = NORMAL * std_error / self.value(parameter).1;
+        [-half, half].map(|shift| self.value(parameter + shift).0)
     }
 
     /// The value of a parameter, and its derivative.
@@ -466,14 +488,18 @@ impl Seen {
         })
     }
 
-    /// What the errors of derivatives make of the gradient of ½ χ².
-    fn gradient_noise(&self) -> DVector<f64> {
-        let variances = self.covariance.diagonal();
-        DVector::from_fn(self.noise.ncols(), |j, _| {
-            let rows = 0..self.noise.nrows();
-            let square = rows.map(|i| (self.noise[(i, j)] * self.misfit[i] / variances[i]).powi(2));
-            square.sum::<f64>().sqrt()
-        })
+    /// The standard errors of a step by those of walks: of what they tell of the targets, and of the derivatives.
+    fn step_noise(&self, covariance: &DMatrix<f64>) -> Result<DVector<f64>, SolveError> {
+        let factor = self.covariance.clone().cholesky();
+        let factor = factor.ok_or(Error::Internal("a covariance that is none"))?;
+        let gain = covariance * factor.solve(&self.jacobian).transpose();
+        let weighted = factor.solve(&self.misfit);
+        let squares = |own: &DMatrix<f64>| own.map(|x| x * x);
+        let of_walks = self.found.iter().map(|found| found.1 * found.1);
+        let of_walks = DVector::from_iterator(self.found.len(), of_walks);
+        let of_gradient = squares(&self.noise).tr_mul(&weighted.map(|x| x * x));
+        let variance = squares(&gain) * of_walks + squares(covariance) * of_gradient;
+        Ok(variance.map(f64::sqrt))
     }
 
     /// L of C = L Lᵀ.

@@ -108,9 +108,9 @@ fn ellipses_of_emissivities_cover_the_truth() {
     let is_long = std::env::var_os("FREDHOLM_LONG").is_some();
     // Bounds of the binomial distribution with 95 % that are missed once in a thousand times, or more seldom.
     let (count, least) = if is_long { (200, 178) } else { (20, 15) };
-    let mut draws = Draws::new(0);
-    let (mut covered, mut solutions, mut chi_square) = (0, 0, 0.0);
+    let (mut covered, mut in_interval, mut solutions, mut chi_square) = (0, 0, 0, 0.0);
     for number in 0..count {
+        let mut draws = Draws::new(number);
         let furnace = Furnace::new(&mut draws);
         let truth = [(); 2].map(|()| draws.between(0.3, 0.9));
         let error = draws.between(0.5, 3.0);
@@ -171,17 +171,16 @@ fn ellipses_of_emissivities_cover_the_truth() {
         let found = [0, 1].map(|i| fit.quantities[i].value - truth[i]);
         let is_covered = distance(found, &fit.covariance) <= 5.991;
         covered += usize::from(is_covered);
+        for (own, truth) in fit.quantities.iter().zip(truth) {
+            let [low, high] = own.interval;
+            in_interval += usize::from(low <= truth && truth <= high);
+        }
         solutions += fit.solutions;
         chi_square += fit.chi_square;
-        if !is_covered {
-            println!(
-                "{number}: {truth:?} {error} {:?} {:?}",
-                fit.quantities, fit.covariance
-            );
-        }
     }
     println!(
-        "{covered} of {count}, {solutions} solutions, χ² in the mean {}",
+        "{covered} of {count} ellipses, {in_interval} of {} intervals, {solutions} solutions, χ² in the mean {}",
+        2 * count,
         chi_square / count as f64
     );
     assert!(covered >= least, "{covered} of {count}");

@@ -111,3 +111,51 @@ fn what_has_no_such_quantities_says_so() {
     );
     assert!(u.quantities().is_empty());
 }
+
+/// u is linear in emissions: its derivative by one is u of that alone, which walks from there find, too.
+#[test]
+fn derivatives_by_emission_are_those_of_adjoint_walks() {
+    let names = ["floor", "ceiling", "front", "back", "left", "right"];
+    let scene = |lit: Option<usize>| {
+        let walls = shapes::room([0.0; 3], [2.0, 1.0, 1.3]).surfaces;
+        let surfaces = names.iter().zip(walls).enumerate();
+        let surfaces = surfaces.map(|(number, (name, polygons))| NamedSurface {
+            name: (*name).to_owned(),
+            polygons,
+            material: Finish {
+                reflectance: 0.3 + 0.1 * number as f64,
+                emission: match lit {
+                    None => 0.2,
+                    Some(lit) => f64::from(u8::from(lit == number)),
+                },
+            },
+        });
+        SceneModel::new(surfaces.collect(), Enclosure::Closed, Scalar::F64).unwrap()
+    };
+    fn asked<'m>(model: &'m dyn Model, names: &[&str]) -> Solver<'m> {
+        let solver = Solver::new(model).cells(24);
+        names.iter().fold(solver, |solver, name| solver.over(name))
+    }
+    let forward = scene(None);
+    let forward = asked(&forward, &names)
+        .walks(40_000)
+        .sensitivities()
+        .unwrap();
+    let mut worst = 0.0_f64;
+    for (lit, source) in names.iter().enumerate() {
+        let alone = scene(Some(lit));
+        let back = asked(&alone, &names)
+            .walks(40_000)
+            .adjoint(true)
+            .seed(7)
+            .solve()
+            .unwrap();
+        for target in names {
+            let own = forward.get(target, &format!("{source} emission")).unwrap();
+            let error = own.std_error.unwrap().hypot(back[target].std_error());
+            worst = worst.max((own.derivative - back[target].value()).abs() / error);
+        }
+    }
+    println!("{worst}");
+    assert!(worst < SIGMAS, "{worst}");
+}

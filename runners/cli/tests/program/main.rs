@@ -13,6 +13,7 @@ mod diagnose;
 mod domains;
 mod drawings;
 mod export;
+mod fit;
 mod global;
 mod heat;
 mod hostile;
