@@ -105,6 +105,7 @@ pub struct Sensitivities<'a, E: Equation, N: ?Sized, T, G = DefaultGenerator> {
     goals: &'a Goals<'a, E, N, T, G>,
     quantities: usize,
     dependences: &'a Dependences<'a, E::Point>,
+    known: &'a [f64],
 }
 
 impl<E: Equation, N: ?Sized, T, G> core::fmt::Debug for Sensitivities<'_, E, N, T, G> {
@@ -127,7 +128,14 @@ impl<'a, E: Equation, N: ?Sized, T, G> Sensitivities<'a, E, N, T, G> {
             goals,
             quantities,
             dependences,
+            known: &[],
         }
+    }
+
+    /// These with parts of derivatives that are known besides what states score, the same in all channels: of every goal one for each quantity.
+    #[must_use]
+    pub const fn with_known(self, known: &'a [f64]) -> Self {
+        Self { known, ..self }
     }
 }
 
@@ -228,6 +236,9 @@ where
         let seeds = WalkSeeds::<G>::new(goals.options.seed, number);
         let mut memory = G::Memory::default();
         let mut passages = Passages::<E, N>::new(goals.neighbour, &nothing);
+        let known = (number as usize).saturating_mul(self.quantities);
+        let known = self.known.get(known..).unwrap_or_default();
+        let known = known.get(..self.quantities).unwrap_or_default();
         let mut left = at_most;
         while left > 0
             && let Some(place) = batches.first().and_then(Batch::next_number)
@@ -237,6 +248,11 @@ where
             let score = goals.follow(own, &seeds, course, by, &mut passages);
             goals.push(&score, batches)?;
             let phi = score.phi.to_f64();
+            for (quantity, &source) in known.iter().enumerate().filter(|(_, own)| **own != 0.0) {
+                for channel in 0..channels {
+                    self.add((channel, quantity), (place.walk, source), derivatives);
+                }
+            }
             self.accrue((phi, place.walk), &passages, derivatives);
             let mut before = KEPT as u32;
             while before < score.walk.states {
@@ -254,30 +270,38 @@ where
     /// Adds what the kept states of a walk score on their quantities.
     #[inline(always)]
     fn accrue(&self, (phi, walk): (f64, u64), passages: &Passages<'_, E, N>, to: &mut [Batch]) {
-        let channels = self.goals.equation.channels();
         for state in passages.states.iter().take(passages.kept).flatten() {
             let rest = state.own.plus(&passages.score);
-            for channel in 0..channels {
+            for channel in 0..self.goals.equation.channels() {
                 let weight = state.weight.get(channel).to_f64();
-                let in_sum = self.goals.weights.get(channel);
                 let mut add = |on: Dependence| {
-                    if on.quantity >= self.quantities {
-                        return;
-                    }
                     let score = phi * (on.source * weight + on.of_u * rest.get(channel));
-                    let mut accrue = |statistic: usize, score: f64| {
-                        let batch = to.get_mut(statistic * self.quantities + on.quantity);
-                        if let Some(batch) = batch {
-                            batch.accrue(walk, score);
-                        }
-                    };
-                    accrue(channel, score);
-                    if let Some(share) = in_sum {
-                        accrue(channels, share * score);
-                    }
+                    self.add((channel, on.quantity), (walk, score), to);
                 };
                 (self.dependences)(&state.x.point, channel, &mut add);
             }
+        }
+    }
+
+    /// Adds what a walk scores on a quantity in a channel.
+    #[inline(always)]
+    fn add(
+        &self,
+        (channel, quantity): (usize, usize),
+        (walk, score): (u64, f64),
+        to: &mut [Batch],
+    ) {
+        if quantity >= self.quantities {
+            return;
+        }
+        let mut accrue = |statistic: usize, score: f64| {
+            if let Some(batch) = to.get_mut(statistic * self.quantities + quantity) {
+                batch.accrue(walk, score);
+            }
+        };
+        accrue(channel, score);
+        if let Some(share) = self.goals.weights.get(channel) {
+            accrue(self.goals.equation.channels(), share * score);
         }
     }
 }
@@ -324,5 +348,120 @@ where
         Goals::<E, N, T, G>::end(derivatives);
         self.goals.mark_certain(goal * statistics, batches);
         outcome
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{At, Chain, Channels, NoNeighbour, Space, Uniforms, WalkOptions};
+
+    /// u_c = r_c ∫ u_c dy + 1 on [0, 1): long walks, of which one in a thousand has more states than are kept at a time.
+    struct Two;
+
+    impl Space for Two {
+        type Scalar = f64;
+        type Point = f64;
+    }
+    impl Chain for Two {
+        fn step<U: Uniforms<f64>>(&self, _: &f64, uniforms: &mut U) -> Option<f64> {
+            Some(uniforms.uniform())
+        }
+    }
+    impl Equation for Two {
+        type Value = Channels<f64, 2>;
+        fn kernel(&self, _: &f64, _: &f64) -> Self::Value {
+            Channels::from_fn(2, |c| RHO[c])
+        }
+        fn source<U: Uniforms<f64>>(&self, _: &f64, _: &mut U) -> Self::Value {
+            Channels::splat(2, 1.0)
+        }
+        fn channels(&self) -> usize {
+            2
+        }
+    }
+
+    const RHO: [f64; 2] = [0.9, 0.5];
+    const WEIGHTS: [f64; 2] = [2.0, 1.0];
+    const WALKS: u64 = 20_000;
+
+    /// Channels and their sum, of each u, ∂u/∂r, and ∂u/∂F on the left half; after walks in pieces of so many.
+    fn run(piece: u64) -> [Batch; 9] {
+        let nothing = Channels::splat(2, 0.0);
+        let goals = [Goal {
+            functional: At(0.3),
+            control_mean: Some(nothing),
+            known: nothing,
+        }];
+        let none = NoNeighbour::new(&Two);
+        let walks = Goals::new(&Two, &none, &goals, WalkOptions::default()).with_sum(&WEIGHTS);
+        let both = |x: &f64, channel: usize, each: &mut dyn FnMut(Dependence)| {
+            let rho = RHO[channel];
+            each(Dependence {
+                quantity: 0,
+                source: -1.0 / rho,
+                of_u: 1.0 / rho,
+            });
+            if *x < 0.5 {
+                each(Dependence {
+                    quantity: 1,
+                    source: 1.0,
+                    of_u: 0.0,
+                });
+            }
+        };
+        let job = Sensitivities::new(&walks, 2, &both);
+        let mut batches = [Batch::new(0, WALKS, WALKS); 9];
+        while !batches[0].is_done() {
+            job.run(0, &mut batches, piece).unwrap();
+            let walks = batches.map(|batch| batch.statistics().walks());
+            assert_eq!(walks, [walks[0]; 9]);
+        }
+        batches
+    }
+
+    #[test]
+    fn channels_and_their_sum_have_derivatives() {
+        let batches = run(u64::MAX);
+        let found = batches.map(|batch| batch.statistics().preconditioned());
+        for (channel, rho) in RHO.into_iter().enumerate() {
+            let u = 1.0 / (1.0 - rho);
+            // The start is on the left, and half of all other states.
+            let exact = [u, u * u, 1.0 + 0.5 * rho * u];
+            for (number, exact) in [channel, 3 + 2 * channel, 4 + 2 * channel]
+                .into_iter()
+                .zip(exact)
+            {
+                let z = (found[number].estimate - exact) / found[number].std_error.unwrap();
+                assert!(z.abs() < 4.9, "{channel} {number}: {z}");
+            }
+        }
+        for number in [0, 1] {
+            let sum =
+                WEIGHTS[0] * found[3 + number].estimate + WEIGHTS[1] * found[5 + number].estimate;
+            assert!((found[7 + number].estimate - sum).abs() < 1e-12 * sum.abs());
+        }
+    }
+
+    #[test]
+    fn pieces_have_the_bits_of_a_whole_and_u_those_without_derivatives() {
+        let whole = run(u64::MAX);
+        for piece in [1, 7, 1000] {
+            assert_eq!(
+                run(piece).map(|batch| batch.statistics()),
+                whole.map(|batch| batch.statistics())
+            );
+        }
+        let nothing = Channels::splat(2, 0.0);
+        let goals = [Goal {
+            functional: At(0.3),
+            control_mean: Some(nothing),
+            known: nothing,
+        }];
+        let none = NoNeighbour::new(&Two);
+        let walks = Goals::new(&Two, &none, &goals, WalkOptions::default()).with_sum(&WEIGHTS);
+        let mut alone = [Batch::new(0, WALKS, WALKS); 3];
+        walks.run(0, &mut alone, u64::MAX).unwrap();
+        assert_eq!(alone[..], whole[..3]);
     }
 }

@@ -1,10 +1,11 @@
 //! Light from a point, and light from one direction: a known part of the source.
 
-use fredholm_core::Real;
+use fredholm_core::{Equation, Real, Value};
+use fredholm_surfaces::Tint;
 use num_traits::zero;
 
 use crate::light::Receiver;
-use crate::radiosity::Radiosity;
+use crate::radiosity::{Point, Radiosity};
 use crate::vector::{dot, sub};
 
 /// Light that no surface emits. What it gives directly is a known function of the place, so that it belongs to F: the
@@ -59,12 +60,29 @@ impl Beam<f64> {
     }
 }
 
+impl<F: Real, C: Tint<F>> Radiosity<'_, F, C> {
+    /// Hands on the number of every beam that reaches a point of a face, and what is reflected of it: its part of the source.
+    pub fn reflected_of_beams(&self, x: &Point<F>, each: &mut dyn FnMut(usize, C::Value)) {
+        if let Some(on) = self.receiver(x) {
+            self.each_beam(&on, &mut |beam, irradiance| {
+                each(beam, self.kernel(x, x).scaled(irradiance));
+            });
+        }
+    }
+}
+
 impl<F: Real, C> Radiosity<'_, F, C> {
     /// E, the irradiance by beams: a ray for each.
     pub(crate) fn irradiance_of_beams(&self, x: &Receiver<'_, F>) -> F {
-        let emitter = x.on.and_then(|(point, _)| self.face(point));
         let mut sum = zero::<F>();
-        for beam in self.tables.beams {
+        self.each_beam(x, &mut |_, irradiance| sum += irradiance);
+        sum
+    }
+
+    /// Hands on the number and the irradiance of every beam that reaches a receiver.
+    pub(crate) fn each_beam(&self, x: &Receiver<'_, F>, each: &mut dyn FnMut(usize, F)) {
+        let emitter = x.on.and_then(|(point, _)| self.face(point));
+        for (number, beam) in self.tables.beams.iter().enumerate() {
             let (direction, distance, strength) = match *beam {
                 Beam::Point { at, intensity } => {
                     let to = sub(at, x.position);
@@ -85,9 +103,8 @@ impl<F: Real, C> Radiosity<'_, F, C> {
             let backs = self.geometry.backs();
             let hit = self.geometry.nearest(emitter, x.position, direction, backs);
             if hit.is_none_or(|hit| hit.distance >= distance) {
-                sum += strength * cosine;
+                each(number, strength * cosine);
             }
         }
-        sum
     }
 }

@@ -140,6 +140,21 @@ impl<F: Real> Facing<F> {
     }
 }
 
+impl<F: Real> Facing<F> {
+    /// Hands on the number and the irradiance of every beam that reaches it.
+    pub fn each_beam<C>(&self, radiosity: &Radiosity<'_, F, C>, each: &mut dyn FnMut(usize, F)) {
+        radiosity.each_beam(&self.receiver(), each);
+    }
+
+    const fn receiver(&self) -> Receiver<'_, F> {
+        Receiver {
+            position: self.position,
+            normal: self.normal,
+            on: None,
+        }
+    }
+}
+
 impl<F: Real, C: Tint<F>> Functional<LastStep<'_, Radiosity<'_, F, C>>> for Facing<F> {
     fn start<U: Uniforms<F>>(
         &self,
@@ -147,13 +162,8 @@ impl<F: Real, C: Tint<F>> Functional<LastStep<'_, Radiosity<'_, F, C>>> for Faci
         uniforms: &mut U,
     ) -> StartOf<Radiosity<'_, F, C>> {
         let radiosity = equation.0;
-        let on = Receiver {
-            position: self.position,
-            normal: self.normal,
-            on: None,
-        };
         // It has the emission of lights.
-        let known = radiosity.irradiance(&on, uniforms);
+        let known = radiosity.irradiance(&self.receiver(), uniforms);
         let numbers = [uniforms.uniform(), uniforms.uniform()];
         let direction = Radiosity::<F>::direction(self.tangents, self.normal, numbers);
         let seen = radiosity.seen(self.position, direction);

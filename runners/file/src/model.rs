@@ -149,8 +149,7 @@ impl ProblemFile {
             }),
             time_limit: None,
             allow_infinite_variance: walk.allow_infinite_variance,
-            // How uncertain targets are follows from them.
-            sensitivities: walk.sensitivities.value || !self.uncertainties.is_empty(),
+            sensitivities: self.asks_sensitivities(),
             uncertainties: Vec::new(),
         }
     }

@@ -25,7 +25,26 @@ impl ProblemFile {
         self.validate_galerkin()?;
         self.problem.validate(self)?;
         self.validate_walk()?;
+        self.refuse_other_walks()?;
         self.validate_targets()
+    }
+
+    /// Refuses sensitivities beside walks that tell none.
+    fn refuse_other_walks(&self) -> Result<(), InputError> {
+        let others = [&self.walk.global, &self.walk.adjoint];
+        let mut others = others.into_iter().flatten();
+        match others.find(|own| own.value && self.asks_sensitivities()) {
+            None => Ok(()),
+            Some(own) => Err(self.refuse(
+                own,
+                "sensitivities are told by walks from every target: leave `global` and `adjoint` out",
+            )),
+        }
+    }
+
+    /// Whether sensitivities are asked for, or [uncertainties](Self::uncertainties) to which they lead.
+    pub(crate) fn asks_sensitivities(&self) -> bool {
+        self.walk.sensitivities.value || !self.uncertainties.is_empty()
     }
 
     /// An error about what stands at `place`.

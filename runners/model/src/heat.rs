@@ -96,6 +96,14 @@ pub trait RadiativeExchange {
     /// The names of all surfaces, if their net fluxes are results.
     fn flux_names(&self) -> &[String];
 
+    /// The materials in several channels, if there are some.
+    fn colours(&self) -> Option<&Colours>;
+
+    /// Lights besides surfaces, such as a sky and lamps at points, in their order.
+    fn lights(&self) -> Vec<String> {
+        Vec::new()
+    }
+
     /// The one material of a region, if it has one.
     fn material(&self, region: &Region) -> Option<Material> {
         common(self.elements(region).iter().map(|own| own.material))

@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::examined::Examined;
 use crate::heat::RadiativeExchange;
 use crate::last_step::LastSteps;
-use crate::quantity::{Quantity, SurfaceQuantities};
+use crate::quantity::Quantity;
 use crate::question::{ResolventFound, ResolventQuestion};
 
 use crate::cost::{Cost, PointwisePairs};
@@ -258,15 +258,12 @@ pub trait Model: Send + Sync {
 
     /// The quantities on which u depends, such as the reflectance of every surface, of which walks tell the derivatives of goals.
     fn quantities(&self) -> Vec<Quantity> {
-        let surfaces = self.exchange().filter(|_| self.channels().is_empty());
-        surfaces.map_or(Vec::new(), |surfaces| {
-            SurfaceQuantities::new(surfaces, &|surface| self.part(surface)).quantities
-        })
+        Vec::new()
     }
 
     /// This equation as one together with those of its derivatives by all [quantities](Self::quantities), and the goals there that are the
     /// derivatives of these goals: of each those by all quantities. `None`: walks of the equation itself tell them
-    /// ([`Prepared::sensitivities`]).
+    /// ([`Wanted::Derivatives`]).
     ///
     /// # Errors
     /// [`Error::Option`]: something has no derivative.

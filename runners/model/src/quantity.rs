@@ -101,57 +101,81 @@ fn of_element(element: &Element, is_heat: bool) -> Vec<Own> {
     own.into_iter().chain(warm).collect()
 }
 
-/// The quantities of surfaces, and what their parts have to do with these.
+/// The quantities of surfaces and lights, and what parts of surfaces have to do with these.
 #[derive(Debug)]
 pub struct SurfaceQuantities {
-    /// The quantities.
+    /// The quantities: those of surfaces, and a factor of every other light.
     pub quantities: Vec<Quantity>,
-    /// By the number of the surface, and by that of its part.
-    parts: Vec<Vec<Vec<Dependence>>>,
+    /// The number of those of surfaces.
+    pub of_surfaces: usize,
+    /// By the number of the channel, of the surface, and of its part.
+    parts: Vec<Vec<Vec<Vec<Dependence>>>>,
 }
 
 impl SurfaceQuantities {
-    /// The quantities of surfaces of these names.
+    /// The quantities of surfaces of these names. Bands of heat have none.
     pub fn new<'n>(
         surfaces: &dyn RadiativeExchange,
         name: &dyn Fn(usize) -> Option<&'n str>,
     ) -> Self {
-        let is_heat = surfaces.is_heat();
-        let (mut quantities, mut all) = (Vec::new(), Vec::new());
-        for (surface, name) in (0..).map_while(|surface| Some((surface, name(surface)?))) {
+        let (is_heat, colours) = (surfaces.is_heat(), surfaces.colours());
+        let channels = colours.map_or(1, |colours| match colours.names.unit() {
+            None => colours.names.channels(),
+            Some(_) => 0,
+        });
+        let mut quantities = Vec::new();
+        let mut all = vec![Vec::new(); channels];
+        let names = (0..).map_while(|surface| Some((surface, name(surface)?)));
+        for (surface, name) in names.take_while(|_| channels > 0) {
             let first = quantities.len();
-            let mut parts: Vec<Vec<Dependence>> = Vec::new();
-            for element in surfaces.elements(&Region::Part(surface)) {
-                if parts.len() <= element.part {
-                    parts.resize_with(element.part + 1, Vec::new);
-                }
-                let own = of_element(&element, is_heat).into_iter();
-                let own = own.map(|(word, value, unit, range, [source, of_u])| {
-                    let quantity = Quantity {
-                        name: format!("{name} {word}"),
-                        value: Some(value),
-                        unit,
-                        range,
+            let elements = surfaces.elements(&Region::Part(surface));
+            for (channel, all) in all.iter_mut().enumerate() {
+                let mut parts: Vec<Vec<Dependence>> = Vec::new();
+                for element in &elements {
+                    let own = colours.and_then(|own| own.of_part(surface, element.part));
+                    let own = own.and_then(|own| own.get(channel));
+                    let element = Element {
+                        material: *own.unwrap_or(&element.material),
+                        ..*element
                     };
-                    Dependence {
-                        quantity: first + number(&mut quantities, first, quantity),
-                        source,
-                        of_u,
+                    if parts.len() <= element.part {
+                        parts.resize_with(element.part + 1, Vec::new);
                     }
-                });
-                parts[element.part] = own.collect();
+                    let own = of_element(&element, is_heat).into_iter();
+                    let own = own.map(|(word, value, unit, range, [source, of_u])| {
+                        let quantity = Quantity {
+                            name: format!("{name} {word}"),
+                            value: Some(value),
+                            unit,
+                            range,
+                        };
+                        Dependence {
+                            quantity: first + number(&mut quantities, first, quantity),
+                            source,
+                            of_u,
+                        }
+                    });
+                    parts[element.part] = own.collect();
+                }
+                all.push(parts);
             }
-            all.push(parts);
         }
+        let of_surfaces = quantities.len();
+        let lights = surfaces.lights().into_iter().take_while(|_| channels > 0);
+        quantities.extend(lights.map(|name| Quantity {
+            range: POSITIVE,
+            ..Quantity::number(&name, 1.0)
+        }));
         Self {
             quantities,
+            of_surfaces,
             parts: all,
         }
     }
 
-    /// What a part of a surface has to do with the quantities.
-    pub fn of_part(&self, surface: usize, part: usize) -> &[Dependence] {
-        let parts = self.parts.get(surface);
+    /// What a part of a surface has to do with the quantities in a channel.
+    pub fn of_part(&self, channel: usize, surface: usize, part: usize) -> &[Dependence] {
+        let parts = self.parts.get(channel).and_then(|all| all.get(surface));
         parts
             .and_then(|parts| parts.get(part))
             .map_or(&[], Vec::as_slice)

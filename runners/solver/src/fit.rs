@@ -216,7 +216,7 @@ impl Fit {
                 own.name.clone(),
                 with_error(own.measured, Some(own.measured_std_error)) + &unit,
                 with_error(own.fitted, Some(own.fitted_std_error)) + &unit,
-                format!("{:.1}", own.deviation + 0.0),
+                format!("{:.1}", (10.0 * own.deviation).round() / 10.0 + 0.0),
             ]
         }));
         text += &format!("\n{}", aligned(&rows));
@@ -437,6 +437,17 @@ impl Seen {
             let name = &own.target;
             let goal = report.goals.iter().find(|goal| &goal.name == name);
             let goal = goal.ok_or_else(|| refused(format!("there is no target {name:?}")))?;
+            found.push(match own.what {
+                Measured::Value => (goal.value(), goal.std_error(), goal.plain.unit),
+                Measured::Temperature => {
+                    let kelvin = goal.temperature.or(goal.radiant_temperature);
+                    let numbers = kelvin.and_then(|own| Some((own.estimate?, own.std_error?)));
+                    let (value, error) = numbers.ok_or_else(|| {
+                        refused(format!("{name:?} has no temperature that follows from u"))
+                    })?;
+                    (value, error, Some("K"))
+                }
+            });
             let derivative = |quantity: &str| {
                 let of_u = sensitivities.get(name, quantity).ok_or_else(|| {
                     refused(format!("{name:?} has no derivative by {quantity:?}"))
@@ -460,17 +471,6 @@ impl Seen {
             for (j, other) in fitting.uncertainties.iter().enumerate() {
                 uncertain[(i, j)] = derivative(&other.quantity)?.0 * other.std_error;
             }
-            found.push(match own.what {
-                Measured::Value => (goal.value(), goal.std_error(), goal.plain.unit),
-                Measured::Temperature => {
-                    let kelvin = goal.temperature.or(goal.radiant_temperature);
-                    let numbers = kelvin.and_then(|own| Some((own.estimate?, own.std_error?)));
-                    let (value, error) = numbers.ok_or_else(|| {
-                        refused(format!("{name:?} has no temperature that follows from u"))
-                    })?;
-                    (value, error, Some("K"))
-                }
-            });
         }
         let mut covariance = &uncertain * uncertain.transpose();
         for (i, (own, found)) in fitting.measurements.iter().zip(&found).enumerate() {

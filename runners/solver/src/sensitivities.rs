@@ -274,7 +274,7 @@ impl Solver<'_> {
                     [] => {
                         "are those of rooms, scenes and equations with parameters: leave them out"
                     }
-                    _ => "of several channels are not offered: leave them out",
+                    _ => "of bands of heat are not offered: leave them out",
                 };
                 return refused(what);
             }

@@ -157,6 +157,7 @@ fn reports_are_what_their_schema_says() {
         "emissivity = 0.9\nnet_flux = 20",
     );
     let given = format!("{given}[[target]]\nname = 'wall'\nover = 'others'\n");
+    let doubtful = format!("{given}[uncertainties]\n'others net flux' = 5\n");
     let air = format!("{ROOM}[[target]]\nname = 'air'\nat = [0.3, 0.4]\n");
     let spike = "[problem]\nkind = 'cube'\ndimension = 1\nsource = '1'\n\
         kernel = 'abs(x - 0.5) < 0.001 && abs(y - 0.5) < 0.001 ? 5000 : 0.1'\n\
@@ -195,6 +196,7 @@ fn reports_are_what_their_schema_says() {
         run(&given, &["--last-step", "true"]),
         run(&given, &["--global"]),
         run(&given, &["--sensitivities"]),
+        run(&doubtful, &[]),
         run(SPHERE, &[]),
         run(SPHERE, &["--global"]),
         run(SCENE, &[]),

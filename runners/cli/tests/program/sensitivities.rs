@@ -119,6 +119,84 @@ fn derivatives_in_the_sun_are_those_of_differences() {
     }
 }
 
+/// u is linear in what emits: its parts by emissions, sky and sun, λ ∂u/∂λ, are u together.
+#[test]
+fn parts_by_surfaces_sky_and_sun_are_all_of_u() {
+    let folder = Folder::new();
+    let facing =
+        "[[target]]\nname = 'sensor'\nat = { point = [2, 2, 1], facing = [1, -1, 1] }\n[walk]";
+    let lamp =
+        "[[problem.light]]\nat = [1, 1, 2]\nintensity = 300\n[[problem.surface]]\nname = 'ground'";
+    let problem = SUN.replace("[walk]", facing);
+    let problem = problem.replace("[[problem.surface]]\nname = 'ground'", lamp);
+    let json = folder
+        .solve(&problem, &["--json", "--sensitivities"])
+        .quietly(0)
+        .json();
+    let found = derivatives(&json);
+    for target in list(&json, "targets") {
+        let name = target["name"].as_str().unwrap().to_owned();
+        let u = &target["preconditioned"];
+        let (mut sum, mut error) = (-number(u, "estimate"), number(u, "std_error"));
+        for (quantity, value) in [
+            ("sky", 1.0),
+            ("light 1", 1.0),
+            ("light 2", 1.0),
+            ("ground emission", 2.0),
+        ] {
+            let [own, own_error] = found[&(name.clone(), quantity.to_owned())];
+            assert!(
+                own > 10.0 * own_error,
+                "{name} {quantity}: {own} {own_error}"
+            );
+            (sum, error) = (sum + value * own, error + value * own_error);
+        }
+        println!("{name}: {sum} ± {error}");
+        assert!(sum.abs() < SIGMAS * error, "{name}: {sum} {error}");
+    }
+}
+
+/// Every channel is an equation of its own: its derivatives are those of a grey room, and those of the sum are their sum.
+#[test]
+fn channels_have_their_own_derivatives() {
+    let folder = Folder::new();
+    let of = |materials: [&str; 4], head: &str| {
+        let [floor, light, rest, dark] = materials;
+        format!(
+            "[problem]\nkind = 'room'\n{head}\
+             [[problem.surface]]\nname = 'floor'\npoints = [[0, 0], [2, 0]]\nreflectance = {floor}\nemission = {light}\n\
+             [[problem.surface]]\nname = 'rest'\npoints = [[2, 0], [2, 1], [0, 1], [0, 0]]\nreflectance = {rest}\nemission = {dark}\n\
+             [[target]]\nname = 'rest'\nover = 'rest'\n[walk]\nwalks = 60000\n"
+        )
+    };
+    let solve = |problem: &str| {
+        let ran = folder.solve(problem, &["--json", "--sensitivities"]);
+        derivatives(&ran.quietly(0).json())
+    };
+    let head = "channels = ['red', 'blue']\n";
+    let colours = solve(&of(["[0.6, 0.2]", "[1, 0.5]", "[0.3, 0.7]", "0"], head));
+    let red = solve(&of(["0.6", "1", "0.3", "0"], ""));
+    let blue = solve(&of(["0.2", "0.5", "0.7", "0"], ""));
+    assert_eq!(colours.len(), 12, "{colours:?}");
+    for quantity in [
+        "floor reflectance",
+        "floor emission",
+        "rest reflectance",
+        "rest emission",
+    ] {
+        let one = |all: &HashMap<_, _>, target: &str| -> [f64; 2] {
+            all[&(target.to_owned(), quantity.to_owned())]
+        };
+        let [[r, r_error], [b, b_error]] = [one(&red, "rest"), one(&blue, "rest")];
+        let expected = [("rest red", r, r_error), ("rest blue", b, b_error)];
+        for (target, grey, grey_error) in expected {
+            let [own, error] = one(&colours, target);
+            let z = (own - grey) / error.hypot(grey_error);
+            assert!(z.abs() < SIGMAS, "{target} {quantity}: {own} {grey} {z}");
+        }
+    }
+}
+
 const LINE: &str = "[problem]\nkind = 'cube'\ndimension = 1\nkernel = 'a * x * y'\nsource = 'b * x'\n\
     [problem.parameters]\na = 0.5\nb = '2 * c'\nc = 0.5\n\
     [[target]]\nname = 'u'\nat = 0.5\n[[target]]\nname = 'mean'\nover = 'all'\n[[target]]\nname = 'moment'\nweight = 'x'\n";

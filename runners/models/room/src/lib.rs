@@ -26,7 +26,7 @@ use fredholm_core::Statistics;
 use fredholm_model::channels::{self, ColouredPart};
 use fredholm_model::heat::RadiativeExchange;
 use fredholm_model::memory::refuse_beyond_memory;
-use fredholm_model::{About, WholeValues};
+use fredholm_model::{About, Quantity, SurfaceQuantities, WholeValues};
 use fredholm_model::{
     Derived, Discretisation, Error, Goal, LastSteps, Model, Pairs, Partitioned, Region, Scalar,
     Subject, in_scalar,
@@ -403,6 +403,10 @@ impl Model for RoomModel {
     }
 
     /// None of several channels, of which all follows from u.
+    fn quantities(&self) -> Vec<Quantity> {
+        SurfaceQuantities::new(self, &|surface| self.part(surface)).quantities
+    }
+
     fn exchange(&self) -> Option<&dyn RadiativeExchange> {
         self.colours.is_none().then_some(self)
     }

@@ -69,7 +69,7 @@ impl RoomModel {
                     true => equation.known(x).wide().get(channel),
                     false => 0.0,
                 };
-                let own = dependent.of_part(place.surface, place.vertex);
+                let own = dependent.of_part(channel, place.surface, place.vertex);
                 own.iter().for_each(|on| each(on.knowing(known)));
             }
         };

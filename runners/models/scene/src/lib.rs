@@ -16,8 +16,8 @@ mod walks;
 use fredholm_core::Statistics;
 use fredholm_model::heat::RadiativeExchange;
 use fredholm_model::{
-    About, Derived, Discretisation, Error, Goal, LastSteps, Model, Pairs, Partitioned, Region,
-    Scalar, Subject, WholeValues, in_scalar,
+    About, Derived, Discretisation, Error, Goal, LastSteps, Model, Pairs, Partitioned, Quantity,
+    Region, Scalar, Subject, SurfaceQuantities, WholeValues, in_scalar,
 };
 use fredholm_scene::{ColourTables, Surface};
 
@@ -438,6 +438,10 @@ impl Model for SceneModel {
     }
 
     /// The surfaces between which light or heat goes, of a scene with one channel: of several all follows from u.
+    fn quantities(&self) -> Vec<Quantity> {
+        SurfaceQuantities::new(self, &|surface| self.part(surface)).quantities
+    }
+
     fn exchange(&self) -> Option<&dyn RadiativeExchange> {
         self.colours().is_none().then_some(self)
     }

@@ -2,7 +2,8 @@
 
 use fredholm_core::{
     At, Dependence, Equation as _, Functional as _, Generators as _, Goal, Goals, Job, Lights as _,
-    Real, RngUniforms, Sensitivities, Sobol, SobolPoint, Start, Value, WalkNumber, WalkSeeds,
+    NoDraws, Real, RngUniforms, Sensitivities, Sobol, SobolPoint, Start, Value, WalkNumber,
+    WalkSeeds,
 };
 use fredholm_model::channels::{self, with_sum};
 use fredholm_model::cost::PointwisePairs;
@@ -111,14 +112,40 @@ impl Cut<'_> {
             is_asked.then(|| SurfaceQuantities::new(model, &|surface| model.part(surface)));
         // Walks are of w = u − F_s: see `LastStep`.
         let of = |x: &Point<F>, channel: usize, each: &mut dyn FnMut(Dependence)| {
-            let surface = model.scene.place(x.face as usize);
-            let own = surface.zip(dependent.as_ref());
-            let own = own.map_or(&[][..], |(place, own)| own.of_part(place.surface, 0));
+            let Some(dependent) = &dependent else { return };
+            let of_light = |light: usize, value: C::Value| Dependence {
+                quantity: dependent.of_surfaces + light,
+                source: value.wide().get(channel),
+                of_u: 0.0,
+            };
+            let Some(place) = model.scene.place(x.face as usize) else {
+                return each(of_light(0, equation.0.source(x, &mut NoDraws)));
+            };
             let known = equation.0.known(x).wide().get(channel);
+            let own = dependent.of_part(channel, place.surface, 0);
             own.iter().for_each(|on| each(on.knowing(known)));
+            let first = usize::from(model.scene.sky().is_some());
+            let beams = &mut |beam: usize, light| each(of_light(first + beam, light));
+            equation.0.reflected_of_beams(x, beams);
         };
         let quantities = dependent.as_ref().map_or(0, |own| own.quantities.len());
-        let with_derivatives = Sensitivities::new(&job, quantities, &of);
+        // What beams give to what faces in a direction comes by no state.
+        let mut direct = Vec::new();
+        if let Some(dependent) = dependent
+            .as_ref()
+            .filter(|_| !model.scene.beams().is_empty())
+        {
+            direct.resize(goals.len() * quantities, 0.0);
+            let first = dependent.of_surfaces + usize::from(model.scene.sky().is_some());
+            for (goal, origin) in origins.iter().enumerate() {
+                if let Origin::Facing(facing) = origin {
+                    facing.each_beam(equation.0, &mut |beam, irradiance: F| {
+                        direct[goal * quantities + first + beam] = irradiance.to_f64();
+                    });
+                }
+            }
+        }
+        let with_derivatives = Sensitivities::new(&job, quantities, &of).with_known(&direct);
         let job: &dyn Job = match dependent {
             Some(_) => &with_derivatives,
             None => &job,

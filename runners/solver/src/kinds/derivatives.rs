@@ -165,7 +165,7 @@ impl Given<'_> {
             };
             if at(0.37).map(point).any(|x| of_points(&x)) {
                 return Err(Error::Option {
-                    subject: Subject::Problem,
+                    subject: Subject::Sensitivities,
                     message: format!(
                         "there is no derivative by `{}`: it moves a jump, in a condition, `floor`, `ceil` or `sign`, or is an argument of \
                          `gamma` or `lgamma`",
