@@ -30,7 +30,7 @@ pub use kinds::{KINDS, Kind, KindEntry};
 pub use load::{MAX_BYTES, load, load_from, utf8};
 pub use model::{Resolution, Resolved};
 pub use place::{InputError, Place, Placed, SetByFlag, Source};
-pub use quantities::{Given, Precision};
+pub use quantities::{Given, Precision, Uncertain};
 use section::{Field, Section};
 
 /// The largest number of cells accepted.
@@ -56,7 +56,7 @@ pub struct ProblemFile {
     /// The `[[target]]` tables, in the order of the file.
     pub targets: Vec<Target>,
     /// How well quantities are known, by their names: `[uncertainties]`.
-    pub uncertainties: Vec<(Placed<String>, Placed<Precision>)>,
+    pub uncertainties: Vec<Uncertain>,
     /// The quantities that are looked for: `quantities` of `[fit]`.
     pub fit: Vec<Placed<String>>,
     /// The files of results, beside this file: `files` of `[output]`.

@@ -23,6 +23,15 @@ pub enum Precision {
     Relative(f64),
 }
 
+/// A quantity that is uncertain: a line of `[uncertainties]`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Uncertain {
+    /// Its name.
+    pub quantity: Placed<String>,
+    /// How well it is known.
+    pub precision: Placed<Precision>,
+}
+
 /// What a target was measured as: `measured`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Given {
@@ -35,9 +44,7 @@ pub struct Given {
 }
 
 /// Reads `[uncertainties]`.
-pub(crate) fn read_uncertainties(
-    field: &Field<'_, '_>,
-) -> Result<Vec<(Placed<String>, Placed<Precision>)>, InputError> {
+pub(crate) fn read_uncertainties(field: &Field<'_, '_>) -> Result<Vec<Uncertain>, InputError> {
     let DeValue::Table(table) = &field.value else {
         let wanted =
             "a table of standard errors, such as `\"floor emissivity\" = 0.02` or `k = \"5 %\"`";
@@ -45,10 +52,10 @@ pub(crate) fn read_uncertainties(
     };
     let mut all = Vec::new();
     for (key, value) in table {
-        let name = Placed::file(key.span(), key.get_ref().to_string());
+        let quantity = Placed::file(key.span(), key.get_ref().to_string());
         let own = Field {
             source: field.source,
-            name: name.value.clone(),
+            name: quantity.value.clone(),
             key: key.span(),
             span: value.span(),
             value: value.get_ref().clone(),
@@ -69,10 +76,13 @@ pub(crate) fn read_uncertainties(
         let precision = precision.filter(is_good).ok_or_else(|| {
             own.error("a standard error is a number above 0, or a share such as \"5 %\"")
         })?;
-        all.push((name, Placed::file(own.span, precision)));
+        all.push(Uncertain {
+            quantity,
+            precision: Placed::file(own.span, precision),
+        });
     }
     // The tree is sorted by key.
-    all.sort_by_key(|(_, precision)| match &precision.place {
+    all.sort_by_key(|own| match &own.precision.place {
         crate::Place::File(span) => span.start,
         _ => 0,
     });
@@ -139,20 +149,20 @@ impl ProblemFile {
             return Ok(Vec::new());
         }
         let all = model.quantities();
-        let one = |(name, precision): &(Placed<String>, Placed<Precision>)| {
-            let quantity = self.quantity(&all, name)?;
-            let std_error = match precision.value {
+        let one = |own: &Uncertain| {
+            let quantity = self.quantity(&all, &own.quantity)?;
+            let std_error = match own.precision.value {
                 Precision::Absolute(error) => error,
                 Precision::Relative(share) => {
                     let value = quantity.value.filter(|value| *value != 0.0);
                     share * value.map(f64::abs).ok_or_else(|| {
                         let message = "a share is of one value other than 0: give a number in the unit of the quantity";
-                        self.error(&precision.place, message)
+                        self.error(&own.precision.place, message)
                     })?
                 }
             };
             Ok(Uncertainty {
-                quantity: name.value.clone(),
+                quantity: own.quantity.value.clone(),
                 std_error,
             })
         };

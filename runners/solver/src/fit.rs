@@ -519,7 +519,7 @@ impl Seen {
             let solved = whitening.solve_lower_triangular(&own);
             solved.unwrap_or(own)
         };
-        let misfit = DMatrix::from_columns(&[self.misfit.clone()]);
+        let misfit = DMatrix::from_columns(core::slice::from_ref(&self.misfit));
         let (mut residuals, mut jacobian) = (
             solve(misfit).column(0).into_owned(),
             solve(self.jacobian.clone()),
