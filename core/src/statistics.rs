@@ -203,7 +203,7 @@ impl Statistics {
         }
     }
 
-    /// So many walks that scored nothing.
+    /// Returns the statistics of so many walks that scored nothing.
     pub(crate) fn of_silent(walks: u64) -> Self {
         Self {
             walks,

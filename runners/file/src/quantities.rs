@@ -17,16 +17,16 @@ use crate::{ProblemFile, read};
 /// How well a quantity is known: `[uncertainties]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Precision {
-    /// Its standard error, in its own unit.
+    /// The standard error, in the unit of the quantity.
     Absolute(f64),
-    /// Its standard error as a share of it.
+    /// The standard error as a share of the quantity.
     Relative(f64),
 }
 
 /// A quantity that is uncertain: a line of `[uncertainties]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Uncertain {
-    /// Its name.
+    /// The name of the quantity.
     pub quantity: Placed<String>,
     /// How well it is known.
     pub precision: Placed<Precision>,
@@ -35,11 +35,11 @@ pub struct Uncertain {
 /// What a target was measured as: `measured`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Given {
-    /// What of it.
+    /// What of the target was measured.
     pub what: Measured,
     /// The number.
     pub value: Placed<f64>,
-    /// Its standard error.
+    /// The standard error of the number.
     pub error: Placed<f64>,
 }
 

@@ -78,6 +78,11 @@ fn common<T: PartialEq>(mut all: impl Iterator<Item = T>) -> Option<T> {
     all.all(|other| other == first).then_some(first)
 }
 
+/// 1/ε − 1 of walls or faces from which the net flux is given, if ε is known and the same.
+fn hidden_by_flux(all: &[Element]) -> Option<f64> {
+    Some(1.0 / common(all.iter().map(|own| own.emissivity))?? - 1.0)
+}
+
 /// Radiative exchange between surfaces: what of a kind tells its irradiances, net fluxes and temperatures. What follows from
 /// that is provided.
 pub trait RadiativeExchange {
@@ -95,14 +100,6 @@ pub trait RadiativeExchange {
 
     /// The names of all surfaces, if their net fluxes are results.
     fn flux_names(&self) -> &[String];
-
-    /// The materials in several channels, if there are some.
-    fn colours(&self) -> Option<&Colours>;
-
-    /// Lights besides surfaces, such as a sky and lamps at points, in their order.
-    fn lights(&self) -> Vec<String> {
-        Vec::new()
-    }
 
     /// The one material of a region, if it has one.
     fn material(&self, region: &Region) -> Option<Material> {
@@ -243,7 +240,7 @@ pub trait RadiativeExchange {
             net_flux: self.net_flux(region, irradiance, 1.0),
             is_flux_given: self.is_heat() && self.is_reflecting(region),
             temperature: self.surface_temperature(region, u),
-            hidden_by_flux: self.hidden_by_flux(region),
+            hidden_by_flux: hidden_by_flux(&self.elements(region)),
             radiant_temperature: in_air.flatten(),
         }
     }
@@ -262,18 +259,12 @@ pub trait RadiativeExchange {
         }
         let hidden = match q == 0.0 {
             true => 0.0,
-            false => q * self.hidden_by_flux(region)?,
+            false => q * hidden_by_flux(&self.elements(region))?,
         };
         self.temperature(Estimate {
             estimate: u.estimate + hidden,
             ..u
         })
-    }
-
-    /// 1/ε − 1 of surfaces from which the net flux is given.
-    fn hidden_by_flux(&self, region: &Region) -> Option<f64> {
-        let own = self.elements(region);
-        Some(1.0 / common(own.iter().map(|own| own.emissivity))?? - 1.0)
     }
 
     /// The temperature in kelvin whose σT⁴ is this mean radiosity, if there are temperatures: in view, the mean radiant

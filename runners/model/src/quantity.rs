@@ -5,6 +5,7 @@ use fredholm_room::STEFAN_BOLTZMANN;
 use serde::{Deserialize, Serialize};
 
 use crate::Region;
+use crate::channels::Colours;
 use crate::heat::{Element, RadiativeExchange};
 
 /// A quantity on which u depends: the reflectance of a surface, say.
@@ -58,7 +59,7 @@ impl Quantity {
 pub struct Uncertainty {
     /// The name of the quantity, as results have it.
     pub quantity: String,
-    /// Its standard error, in its own unit.
+    /// The standard error of the quantity, in the unit of that.
     pub std_error: f64,
 }
 
@@ -113,12 +114,13 @@ pub struct SurfaceQuantities {
 }
 
 impl SurfaceQuantities {
-    /// The quantities of surfaces of these names. Bands of heat have none.
+    /// The quantities of surfaces of these names, and in these colours, if there are some; and of other lights. Bands of heat have none.
     pub fn new<'n>(
         surfaces: &dyn RadiativeExchange,
         name: &dyn Fn(usize) -> Option<&'n str>,
+        (colours, lights): (Option<&Colours>, Vec<String>),
     ) -> Self {
-        let (is_heat, colours) = (surfaces.is_heat(), surfaces.colours());
+        let is_heat = surfaces.is_heat();
         let channels = colours.map_or(1, |colours| match colours.names.unit() {
             None => colours.names.channels(),
             Some(_) => 0,
@@ -161,7 +163,7 @@ impl SurfaceQuantities {
             }
         }
         let of_surfaces = quantities.len();
-        let lights = surfaces.lights().into_iter().take_while(|_| channels > 0);
+        let lights = lights.into_iter().take_while(|_| channels > 0);
         quantities.extend(lights.map(|name| Quantity {
             range: POSITIVE,
             ..Quantity::number(&name, 1.0)

@@ -43,11 +43,15 @@ pub struct Measurement {
     pub what: Measured,
     /// The number that was found, in the unit of u or in kelvin.
     pub value: f64,
-    /// Its standard error.
+    /// The standard error of the number.
     pub std_error: f64,
 }
 
 /// A number of a target that can be measured.
+///
+/// ```
+/// assert_ne!(fredholm::Measured::Value, fredholm::Measured::Temperature);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Measured {
     /// u.
@@ -58,6 +62,15 @@ pub enum Measured {
 
 /// A quantity that is looked for: its name and range, the value from which the search starts, and its standard error there if something is known of it
 /// besides the measurements.
+///
+/// ```
+/// use fredholm::{Quantity, Unknown};
+///
+/// // Between 0 and 1, and 0.6 ± 0.1 by the maker's table.
+/// let emissivity = Quantity { range: [0.0, 1.0], ..Quantity::number("floor emissivity", 0.6) };
+/// let unknown = Unknown { quantity: emissivity, known_to: Some(0.1) };
+/// assert_eq!(unknown.quantity.value, Some(0.6));
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Unknown {
     /// The quantity, whose value is the start.
@@ -114,6 +127,30 @@ pub struct Fitting {
 }
 
 /// Quantities that were found from measurements. The serialised names are stable; fields may be added.
+///
+/// ```
+/// use fredholm::{Fit, FittedQuantity};
+///
+/// let quantities = vec![FittedQuantity {
+///     name: "floor emissivity".to_owned(),
+///     start: 0.5,
+///     value: 0.62,
+///     std_error: 0.02,
+///     interval: [0.58, 0.66],
+///     unit: None,
+/// }];
+/// let fit = Fit {
+///     quantities,
+///     covariance: vec![vec![4e-4]],
+///     targets: Vec::new(),
+///     chi_square: 40.0,
+///     freedom: 4,
+///     solutions: 6,
+///     seconds: 1.0,
+/// };
+/// // χ² is not ten times the number of degrees of freedom by chance.
+/// assert!(!fit.is_plausible() && fit.table().contains("does not explain"));
+/// ```
 #[derive(Clone, Debug, Serialize)]
 pub struct Fit {
     /// The quantities.
@@ -133,27 +170,56 @@ pub struct Fit {
 }
 
 /// A quantity that was found.
+///
+/// ```
+/// use fredholm::FittedQuantity;
+///
+/// let own = FittedQuantity {
+///     name: "floor emissivity".to_owned(),
+///     start: 0.5,
+///     value: 0.93,
+///     std_error: 0.04,
+///     interval: [0.80, 0.98],
+///     unit: None,
+/// };
+/// assert!(own.interval[1] < own.value + 2.0 * own.std_error);
+/// ```
 #[derive(Clone, Debug, Serialize)]
 pub struct FittedQuantity {
-    /// Its name.
+    /// The name of the quantity.
     pub name: String,
     /// The value from which the search started.
     pub start: f64,
     /// The value that was found.
     pub value: f64,
-    /// Its standard error, by measurements, walks and uncertain quantities; of a value at the end of its range as if there were none.
+    /// The standard error of the value, by measurements, walks and uncertain quantities; of a value at the end of its range as if there were none.
     pub std_error: f64,
     /// The ends of the interval of 95 %, which stays within the range of the quantity: of emissivities near 0 or 1 it is no symmetric one.
     pub interval: [f64; 2],
-    /// Its unit, if it has one.
+    /// The unit of the quantity, if it has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<&'static str>,
 }
 
 /// A measured target beside what the quantities that were found give there.
+///
+/// ```
+/// use fredholm::FittedTarget;
+///
+/// let own = FittedTarget {
+///     name: "roof".to_owned(),
+///     unit: Some("K"),
+///     measured: 1012.0,
+///     measured_std_error: 3.0,
+///     fitted: 1009.0,
+///     fitted_std_error: 0.01,
+///     deviation: 1.0,
+/// };
+/// assert!(own.measured > own.fitted);
+/// ```
 #[derive(Clone, Debug, Serialize)]
 pub struct FittedTarget {
-    /// Its name.
+    /// The name of the target.
     pub name: String,
     /// The unit of the numbers, if they have one.
     #[serde(skip_serializing_if = "Option::is_none")]

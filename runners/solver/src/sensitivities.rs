@@ -101,7 +101,7 @@ impl Sensitivity {
 }
 
 impl Sensitivities {
-    /// Those that walks have told beside their goals, if any.
+    /// Takes the derivatives that walks have told beside their goals, if they have told any.
     pub(crate) fn of_walks(run: &Run<'_>, answer: &Answer) -> Option<Self> {
         let quantities = run.model.quantities();
         if answer.derivatives.is_empty() || quantities.is_empty() {

@@ -1,17 +1,12 @@
 //! What of a room tells its irradiances and net fluxes.
 
 use fredholm_model::Region;
-use fredholm_model::channels::Colours;
 use fredholm_model::heat::{Element, RadiativeExchange};
 use fredholm_room::Enclosure;
 
 use super::RoomModel;
 
 impl RadiativeExchange for RoomModel {
-    fn colours(&self) -> Option<&Colours> {
-        Self::colours(self)
-    }
-
     fn is_heat(&self) -> bool {
         self.surfaces.heat
     }

@@ -82,6 +82,11 @@ pub struct RoomModel {
 }
 
 impl RoomModel {
+    pub(crate) fn surface_quantities(&self) -> SurfaceQuantities {
+        let of = (self.colours.as_ref(), Vec::new());
+        SurfaceQuantities::new(self, &|surface| self.part(surface), of)
+    }
+
     /// A room for walks in this scalar.
     ///
     /// # Errors
@@ -404,7 +409,7 @@ impl Model for RoomModel {
 
     /// None of several channels, of which all follows from u.
     fn quantities(&self) -> Vec<Quantity> {
-        SurfaceQuantities::new(self, &|surface| self.part(surface)).quantities
+        self.surface_quantities().quantities
     }
 
     fn exchange(&self) -> Option<&dyn RadiativeExchange> {

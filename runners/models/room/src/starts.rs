@@ -6,7 +6,7 @@ use fredholm_core::{
 };
 use fredholm_model::channels::{self, with_sum};
 use fredholm_model::heat::{RadiativeExchange as _, certain};
-use fredholm_model::{Error, Model as _, Region, Request, SurfaceQuantities, Wanted, WithJob};
+use fredholm_model::{Error, Region, Request, Wanted, WithJob};
 use fredholm_room::{Grey, Irradiance, Point, Room, Seen, Tint, Wide};
 
 use crate::RoomModel;
@@ -61,7 +61,7 @@ impl RoomModel {
         if request.wanted != Wanted::Derivatives {
             return then(&job, &galerkin);
         }
-        let dependent = SurfaceQuantities::new(self, &|surface| self.part(surface));
+        let dependent = self.surface_quantities();
         let has_light = !equation.lights().is_empty();
         let of = |x: &Point<F>, channel: usize, each: &mut dyn FnMut(Dependence)| {
             if let Some(place) = self.scene.place(x.wall()) {

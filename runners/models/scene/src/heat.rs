@@ -1,7 +1,6 @@
 //! What of a scene tells its irradiances and net fluxes.
 
 use fredholm_model::Region;
-use fredholm_model::channels::Colours;
 use fredholm_model::heat::{Element, RadiativeExchange};
 use fredholm_scene::Enclosure;
 
@@ -9,16 +8,6 @@ use crate::SceneModel;
 use crate::places::Place;
 
 impl RadiativeExchange for SceneModel {
-    fn colours(&self) -> Option<&Colours> {
-        Self::colours(self)
-    }
-
-    fn lights(&self) -> Vec<String> {
-        let sky = self.scene.sky().map(|_| "sky".to_owned());
-        let beams = (1..=self.scene.beams().len()).map(|number| format!("light {number}"));
-        sky.into_iter().chain(beams).collect()
-    }
-
     fn is_heat(&self) -> bool {
         self.heat().is_some()
     }

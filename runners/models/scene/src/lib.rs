@@ -142,6 +142,18 @@ pub struct Temperatures {
 }
 
 impl SceneModel {
+    /// What walks tell derivatives by; besides surfaces the sky comes first, and then all beams.
+    pub(crate) fn surface_quantities(&self) -> SurfaceQuantities {
+        let sky = self.scene.sky().map(|_| "sky".to_owned());
+        let beams = (1..=self.scene.beams().len()).map(|number| format!("light {number}"));
+        let lights = sky.into_iter().chain(beams).collect();
+        SurfaceQuantities::new(
+            self,
+            &|surface| self.part(surface),
+            (self.colours(), lights),
+        )
+    }
+
     /// A scene for walks in this scalar.
     ///
     /// # Errors
@@ -439,7 +451,7 @@ impl Model for SceneModel {
 
     /// The surfaces between which light or heat goes, of a scene with one channel: of several all follows from u.
     fn quantities(&self) -> Vec<Quantity> {
-        SurfaceQuantities::new(self, &|surface| self.part(surface)).quantities
+        self.surface_quantities().quantities
     }
 
     fn exchange(&self) -> Option<&dyn RadiativeExchange> {

@@ -9,9 +9,7 @@ use fredholm_model::channels::{self, with_sum};
 use fredholm_model::cost::PointwisePairs;
 use fredholm_model::heat::{RadiativeExchange as _, certain};
 use fredholm_model::numbers::largest;
-use fredholm_model::{
-    Error, Model as _, Prepared, Region, Request, SurfaceQuantities, Then, Wanted,
-};
+use fredholm_model::{Error, Prepared, Region, Request, Then, Wanted};
 use fredholm_scene::{Point, Sources, Tint, Wide};
 
 use crate::partition::{Cut, Walked};
@@ -108,8 +106,7 @@ impl Cut<'_> {
         let known = certain(model, colours, request.goals);
         let job = job.with_sum(model.weights()).with_certain(&known);
         let is_asked = request.wanted == Wanted::Derivatives;
-        let dependent =
-            is_asked.then(|| SurfaceQuantities::new(model, &|surface| model.part(surface)));
+        let dependent = is_asked.then(|| model.surface_quantities());
         // Walks are of w = u − F_s: see `LastStep`.
         let of = |x: &Point<F>, channel: usize, each: &mut dyn FnMut(Dependence)| {
             let Some(dependent) = &dependent else { return };
