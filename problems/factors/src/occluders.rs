@@ -3,8 +3,8 @@
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::vec::Vec;
 
-use fredholm_scene::Scene;
-use fredholm_surfaces::space::{Vector, cross, dot, norm, sub};
+use fredholm_scene::{Face, Scene};
+use fredholm_surfaces::space::{Vector, cross, dot, norm, ring, sub};
 use fredholm_surfaces::{Branch, Enclosure, Item, balanced, hull, leaves, margin};
 
 use crate::rules::{area, double_area};
@@ -39,16 +39,24 @@ pub(crate) struct Occluders {
 }
 
 impl Occluders {
-    pub(crate) fn new(scene: &Scene) -> Self {
+    /// Those of a scene, whose faces have the normals of their planes; what is nearer than `slack` to a line is on it.
+    pub(crate) fn new(scene: &Scene, faces: &[Face<f64>], slack: f64) -> Self {
         let mut groups: BTreeMap<(u32, bool), Vec<u32>> = BTreeMap::new();
-        for (f, face) in (0..).zip(scene.faces()) {
-            let first = scene.faces().get(face.plane as usize).unwrap_or(face);
+        for (f, face) in (0..).zip(faces) {
+            let first = faces.get(face.plane as usize).unwrap_or(face);
             let same = dot(first.normal, face.normal) > 0.0;
             groups.entry((face.plane, same)).or_default().push(f);
         }
         let mut all: Vec<Occluder> = Vec::new();
-        for faces in groups.values() {
-            Plane::new(scene, faces).merge(&mut all);
+        for own in groups.values() {
+            let first = own.first().and_then(|&f| faces.get(f as usize));
+            let plane = Plane {
+                scene,
+                faces: own,
+                normal: first.map_or([0.0; 3], |face| face.normal),
+                slack,
+            };
+            plane.merge(&mut all);
         }
         // Of twins back to back one hides what both do: in a closed scene that one which is seen.
         if scene.enclosure() == Enclosure::Open {
@@ -105,6 +113,8 @@ struct Plane<'a> {
     scene: &'a Scene,
     faces: &'a [u32],
     normal: Vector<f64>,
+    /// What is nearer than this to a line is on it.
+    slack: f64,
 }
 
 /// An edge of an outline, the numbers of its vertices.
@@ -112,16 +122,7 @@ fn edge(outline: &[u32], k: usize) -> [u32; 2] {
     [outline[k], outline[(k + 1) % outline.len()]]
 }
 
-impl<'a> Plane<'a> {
-    fn new(scene: &'a Scene, faces: &'a [u32]) -> Self {
-        let first = faces.first().and_then(|&f| scene.faces().get(f as usize));
-        Self {
-            scene,
-            faces,
-            normal: first.map_or([0.0; 3], |face| face.normal),
-        }
-    }
-
+impl Plane<'_> {
     /// Adds the polygons that the faces make.
     fn merge(&self, all: &mut Vec<Occluder>) {
         let loops = match self.faces {
@@ -166,7 +167,7 @@ impl<'a> Plane<'a> {
     fn turn(&self, three: [u32; 3]) -> Turn {
         let [a, b, c] = three.map(|v| self.scene.vertex(v));
         let turn = dot(self.normal, cross(sub(b, a), sub(c, b)));
-        let slack = self.scene.smallest_distance() * norm(sub(c, a));
+        let slack = self.slack * norm(sub(c, a));
         if turn > slack {
             Turn::Left
         } else if turn < -slack || dot(sub(b, a), sub(c, b)) < 0.0 {
@@ -180,6 +181,13 @@ impl<'a> Plane<'a> {
         let n = outline.len();
         let three = |k: usize| [outline[k], outline[(k + 1) % n], outline[(k + 2) % n]];
         n <= MOST && (0..n).all(|k| self.turn(three(k)) == Turn::Left)
+    }
+
+    /// The length of an outline.
+    fn length(&self, outline: &[u32]) -> f64 {
+        ring(&self.points(outline))
+            .map(|[a, b]| norm(sub(b, a)))
+            .sum()
     }
 
     /// The outlines of all faces together, if they are convex and hold the same area.
@@ -219,7 +227,8 @@ impl<'a> Plane<'a> {
         let faces = self.faces.iter();
         let faces = faces.filter_map(|&f| self.scene.faces().get(f as usize));
         let pieces: f64 = faces.map(|face| face.area).sum();
-        ((sum - pieces).abs() <= 1e-9 * pieces).then_some(loops)
+        let around: f64 = loops.iter().map(|outline| self.length(outline)).sum();
+        ((sum - pieces).abs() <= 1e-9 * pieces + self.slack * around).then_some(loops)
     }
 
     /// Pairs of polygons with a common edge become one while it is convex: rows first, then rows of rows.

@@ -5,7 +5,7 @@ use alloc::vec::Vec;
 use fredholm_core::Real;
 use fredholm_scene::{Face, Scene};
 use fredholm_surfaces::Enclosure;
-use fredholm_surfaces::space::{Vector, dot, sub};
+use fredholm_surfaces::space::{Vector, dot, sub, unit};
 
 use crate::FactorsError;
 use crate::clear::{self, Amount, PARALLEL, Sheet};
@@ -25,9 +25,15 @@ use crate::visible;
 #[derive(Clone, Debug)]
 pub struct Sights<'a> {
     scene: &'a Scene,
+    /// The faces, of which those in one plane have its normal.
+    faces: Vec<Face<f64>>,
     occluders: Occluders,
     rules: Rules,
     error: f64,
+    /// What is nearer than this to a plane is in it.
+    slack: f64,
+    /// How far vertices may be from where they were meant to be, if that is more than rounding errors of double precision.
+    blur: f64,
 }
 
 /// The exchange of one face with those after it.
@@ -60,11 +66,22 @@ impl<'a> Sights<'a> {
         if !(1e-13..=0.1).contains(&error) {
             return Err(FactorsError::Tolerance);
         }
+        let mut faces = scene.faces().to_vec();
+        let (mut slack, mut blur) = (scene.smallest_distance(), 0.0);
+        // Faces whose vertices are off their plane by more than what is one place have normals of their own, which are off, too.
+        if 2.0 * scene.flatness() > slack {
+            slack = 2.0 * scene.flatness();
+            blur = scene.precision().distance;
+            share_normals(&mut faces);
+        }
         Ok(Self {
             scene,
-            occluders: Occluders::new(scene),
+            occluders: Occluders::new(scene, &faces, slack),
+            faces,
             rules: Rules::new(),
             error,
+            slack,
+            blur,
         })
     }
 
@@ -78,11 +95,11 @@ impl<'a> Sights<'a> {
     #[must_use]
     pub fn row(&self, face: usize) -> Row {
         let mut row = Row::default();
-        let Some(own) = self.scene.faces().get(face) else {
+        let Some(own) = self.faces.get(face) else {
             return row;
         };
         let mut shaft = Shaft::default();
-        for (number, other) in self.scene.faces().iter().enumerate().skip(face + 1) {
+        for (number, other) in self.faces.iter().enumerate().skip(face + 1) {
             // Rounding must not make more of a face than all.
             let amount = self.pair(own, other, &mut row, &mut shaft);
             let amount = amount.min(own.area).min(other.area);
@@ -142,8 +159,8 @@ impl<'a> Sights<'a> {
     }
 
     /// A face that may see a sky.
-    fn under_sky(&self, face: usize) -> Result<&'a Face<f64>, FactorsError> {
-        let own = self.scene.faces().get(face);
+    fn under_sky(&self, face: usize) -> Result<&Face<f64>, FactorsError> {
+        let own = self.faces.get(face);
         let own = own.ok_or(FactorsError::Face { face })?;
         match self.scene.enclosure() {
             Enclosure::Closed => Err(FactorsError::NoSky),
@@ -158,7 +175,7 @@ impl<'a> Sights<'a> {
         if above.len() < 3 {
             return Amount::default();
         }
-        shaft.enclose(pair.0, pair.1, self.scene.smallest_distance());
+        shaft.enclose(pair.0, pair.1, self.slack);
         match shaft.between(&self.occluders, pair, false) {
             Between::Hidden => Amount::default(),
             Between::Some(found) if found.is_empty() => {
@@ -220,7 +237,7 @@ impl<'a> Sights<'a> {
         shaft: &mut Shaft,
         rest: &mut Rest<3>,
     ) -> f64 {
-        let slack = self.scene.smallest_distance();
+        let slack = self.slack;
         let above = keep(cone, |d| dot(own.normal, d), PARALLEL);
         let pair = (own, own.directions(&above));
         if above.len() < 3 {
@@ -247,7 +264,7 @@ impl<'a> Sights<'a> {
         if a.plane == b.plane {
             return 0.0;
         }
-        let slack = self.scene.smallest_distance();
+        let slack = self.slack;
         let (mut own, mut other) = (Vec::new(), Vec::new());
         let (Some(first), Some(second)) = (
             in_front(a, b, slack, &mut own),
@@ -271,8 +288,38 @@ impl<'a> Sights<'a> {
                 partial::exchange(pair, &found, fronts, error, shaft, &self.rules)
             }
         };
-        row.error = Real::max(row.error, amount.error / smaller);
+        // A face whose edges move by the blur changes by this share.
+        let blur = self.blur * amount.value / Real::sqrt(smaller);
+        row.error = Real::max(row.error, (amount.error + blur) / smaller);
         amount.value
+    }
+}
+
+/// Gives faces of one plane the normal of all of them.
+fn share_normals(faces: &mut [Face<f64>]) {
+    let mut sums = alloc::vec![[0.0; 3]; faces.len()];
+    let side = |face: &Face<f64>| {
+        let first = faces.get(face.plane as usize).unwrap_or(face);
+        if dot(first.normal, face.normal) < 0.0 {
+            -1.0
+        } else {
+            1.0
+        }
+    };
+    let sides: Vec<f64> = faces.iter().map(side).collect();
+    for (face, side) in faces.iter().zip(&sides) {
+        if let Some(sum) = sums.get_mut(face.plane as usize) {
+            for (sum, x) in sum.iter_mut().zip(face.normal) {
+                *sum += side * face.area * x;
+            }
+        }
+    }
+    for (face, side) in faces.iter_mut().zip(sides) {
+        let sum = sums
+            .get(face.plane as usize)
+            .copied()
+            .unwrap_or(face.normal);
+        face.normal = unit(sum.map(|x| side * x));
     }
 }
 

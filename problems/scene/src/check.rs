@@ -1,29 +1,31 @@
 //! Faces that lie on each other or go through each other, and which lie in one plane.
 
-use fredholm_surfaces::{Bounds, Forest, hull};
+use alloc::vec::Vec;
+
+use fredholm_core::Real;
+use fredholm_surfaces::{Bounds, hull};
 
 use crate::SceneError;
 use crate::geometry::{Face, Node};
+use crate::planes::{self, may_be_one};
 use crate::scene::Scene;
 use crate::vector::{Vector, along, cross, dot, norm, ring, scale, sub};
 
-/// Refuses faces that overlap or cross, and numbers the planes, in which faces are but for
-/// `rounding`.
-pub(crate) fn check(scene: &mut Scene, rounding: f64) -> Result<(), SceneError> {
-    let mut planes = Forest::new(scene.faces.len());
+/// Refuses faces that overlap or cross, and numbers the planes.
+pub(crate) fn check(scene: &mut Scene) -> Result<(), SceneError> {
+    // What is as near to a plane as this is in it.
+    let touch = Real::max(2.0 * scene.smallest, 2.0 * scene.flat);
+    let mut pairs: Vec<[u32; 2]> = Vec::new();
     for (f, face) in (0..).zip(&scene.faces) {
         for (g, other) in near(scene, hull(face.polygon())).filter(|&(g, _)| g != f) {
-            if coplanar(face, other, 2.0 * scene.smallest) {
+            if may_be_one(face, other, scene.flat) {
+                pairs.push([f, g]);
+            }
+            if coplanar(face, other, touch) {
                 if g < f {
-                    // Not a chain of faces each of which is almost in one plane with the next.
-                    let ends = [f, g].map(|k| planes.root(k));
-                    let [a, b] = ends.map(|k| scene.faces.get(k as usize).unwrap_or(face));
-                    if coplanar(a, b, rounding) {
-                        planes.unite(f, g);
-                    }
-                    overlap(scene, (g, other), (f, face))?;
+                    overlap(scene, (g, other), (f, face), touch)?;
                 }
-            } else if let Some(at) = crossing(face, other, scene.smallest) {
+            } else if let Some(at) = crossing(face, other, touch) {
                 return Err(SceneError::Crossing {
                     first: scene.place_of(f),
                     second: scene.place_of(g),
@@ -32,9 +34,9 @@ pub(crate) fn check(scene: &mut Scene, rounding: f64) -> Result<(), SceneError> 
             }
         }
     }
-    for (f, face) in (0..).zip(&mut scene.faces) {
-        face.plane = planes.root(f);
-    }
+    pairs.sort_unstable();
+    pairs.dedup();
+    planes::number(&mut scene.faces, &pairs, scene.flat);
     Ok(())
 }
 
@@ -65,10 +67,11 @@ fn overlap(
     scene: &Scene,
     (g, first): (u32, &Face<f64>),
     (f, second): (u32, &Face<f64>),
+    touch: f64,
 ) -> Result<(), SceneError> {
     if dot(first.normal, second.normal) < 0.0
-        || separated(first, second, scene.smallest)
-        || separated(second, first, scene.smallest)
+        || separated(first, second, touch)
+        || separated(second, first, touch)
     {
         return Ok(());
     }
@@ -82,11 +85,11 @@ fn overlap(
     })
 }
 
-/// Whether all of another face in the same plane is outside of an edge of a face.
-fn separated(face: &Face<f64>, other: &Face<f64>, smallest: f64) -> bool {
+/// Whether all of another face in the same plane is outside of an edge of a face, but for `slack`.
+fn separated(face: &Face<f64>, other: &Face<f64>, slack: f64) -> bool {
     edges(face).any(|(from, out)| {
         let mut points = other.polygon().iter();
-        points.all(|&p| dot(out, sub(p, from)) >= -2.0 * smallest)
+        points.all(|&p| dot(out, sub(p, from)) >= -slack)
     })
 }
 
@@ -98,17 +101,16 @@ fn edges(face: &Face<f64>) -> impl Iterator<Item = (Vector<f64>, Vector<f64>)> {
     })
 }
 
-/// Where an edge of a face goes through the inside of another, by more than the smallest distance.
-fn crossing(face: &Face<f64>, other: &Face<f64>, smallest: f64) -> Option<Vector<f64>> {
+/// Where an edge of a face goes through the inside of another, by more than `slack`.
+fn crossing(face: &Face<f64>, other: &Face<f64>, slack: f64) -> Option<Vector<f64>> {
     ring(face.polygon()).find_map(|[a, b]| {
         let (from, to) = (other.height(a), other.height(b));
-        let through = (from > 2.0 * smallest && to < -2.0 * smallest)
-            || (from < -2.0 * smallest && to > 2.0 * smallest);
+        let through = (from > slack && to < -slack) || (from < -slack && to > slack);
         if !through {
             return None;
         }
         let at = along(a, from / (from - to), sub(b, a));
-        let inside = edges(other).all(|(start, out)| dot(out, sub(at, start)) < -2.0 * smallest);
+        let inside = edges(other).all(|(start, out)| dot(out, sub(at, start)) < -slack);
         inside.then_some(at)
     })
 }

@@ -26,6 +26,9 @@ mod light;
 mod means;
 #[cfg(feature = "alloc")]
 mod mesh;
+#[cfg(feature = "alloc")]
+mod planes;
+mod precision;
 mod radiosity;
 mod ray;
 #[cfg(feature = "alloc")]
@@ -57,6 +60,7 @@ pub use means::Mean;
 pub use means::areas;
 #[cfg(feature = "alloc")]
 pub use mesh::Cells;
+pub use precision::{Precision, Rounding};
 pub use radiosity::{Point, Radiosity};
 pub use ray::Hit;
 #[cfg(feature = "alloc")]

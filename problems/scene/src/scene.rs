@@ -14,6 +14,7 @@ use crate::beam::Beam;
 use crate::error::Place;
 use crate::geometry::{Face, Geometry, Node, Triangle};
 use crate::join;
+use crate::precision::Precision;
 use crate::skylight::SkyLight;
 use crate::vector::{Vector, cross, dot, norm, ring, sub, turn, unit};
 
@@ -69,6 +70,9 @@ pub struct Scene {
     sky: Option<SkyLight>,
     /// The scene's smallest distance.
     pub(crate) smallest: f64,
+    precision: Precision,
+    /// What is as near to a plane as this is in it.
+    pub(crate) flat: f64,
 }
 
 /// The numbers of the vertices around every face.
@@ -98,6 +102,26 @@ impl Outlines {
 
 fn limits<F: Real>() -> Limits {
     Limits::of::<F>([1e9, 1e60], [1e-6, 1e-60])
+}
+
+/// The lengths by which a scene is judged.
+#[derive(Clone, Copy, Debug)]
+struct Scale {
+    smallest: f64,
+    width: f64,
+    /// The rounding of the walk's scalar.
+    epsilon: f64,
+    precision: Precision,
+}
+
+/// Rounding errors that computing a vertex within the scene may take, as shares of the scene's width: a few products and sums.
+const COMPUTED: f64 = 16.0;
+
+impl Scale {
+    /// How far vertices of one plane may be off it: by what they were computed and rounded with, and the plane by as much.
+    fn flat(&self) -> f64 {
+        COMPUTED * self.epsilon * self.width + 2.0 * self.precision.distance
+    }
 }
 
 /// The polygons of all surfaces, with the coordinates of the walk's scalar.
@@ -143,17 +167,18 @@ impl Scene {
             let at = raw.places.first().copied();
             return Err(at.map_or(SceneError::Empty, SceneError::Coordinate));
         }
-        let smallest = width * limits::<F>().smallest;
-        Self::assemble(raw, enclosure, smallest, F::EPSILON.to_f64())
+        let scale = Scale {
+            smallest: width * limits::<F>().smallest,
+            width,
+            epsilon: F::EPSILON.to_f64(),
+            precision: Precision::of(&raw.points, width),
+        };
+        Self::assemble(raw, enclosure, scale)
     }
 
     /// Joins, checks, and builds the hierarchy.
-    fn assemble(
-        raw: Raw,
-        enclosure: Enclosure,
-        smallest: f64,
-        epsilon: f64,
-    ) -> Result<Self, SceneError> {
+    fn assemble(raw: Raw, enclosure: Enclosure, scale: Scale) -> Result<Self, SceneError> {
+        let smallest = scale.smallest;
         let numbers = join::numbers(&raw.points, smallest);
         let mut faces = Vec::with_capacity(raw.counts.len());
         let mut at = 0;
@@ -174,12 +199,14 @@ impl Scene {
             beams: Vec::new(),
             sky: None,
             smallest,
+            precision: scale.precision,
+            flat: scale.flat(),
         };
         scene.outlines = join::plain_outlines(&scene.faces);
         scene.index(smallest);
         scene.outlines = join::outlines(&scene, &numbers);
-        let margin = rounding(&scene.faces, epsilon);
-        crate::check::check(&mut scene, margin)?;
+        let margin = rounding(&scene.faces, scale.epsilon);
+        crate::check::check(&mut scene)?;
         scene.index(margin);
         if enclosure == Enclosure::Closed {
             crate::closed::check(&scene)?;
@@ -360,6 +387,18 @@ impl Scene {
     #[must_use]
     pub const fn smallest_distance(&self) -> f64 {
         self.smallest
+    }
+
+    /// How precisely the coordinates are known, as they themselves show.
+    #[must_use]
+    pub const fn precision(&self) -> Precision {
+        self.precision
+    }
+
+    /// The distance from a plane, in the scene's unit of length, up to which faces that touch each other are in the plane.
+    #[must_use]
+    pub const fn flatness(&self) -> f64 {
+        self.flat
     }
 
     /// The place of a vertex; NaN if there is none of this number.
