@@ -54,6 +54,10 @@ impl Table {
         let row = self.exchange.get(i * self.width..).unwrap_or(&[]);
         let at = row.get(column).filter(|_| column < self.width);
         let area = self.areas.get(i).copied().unwrap_or(f64::NAN);
+        // Of a group without faces nothing leaves.
+        if area == 0.0 {
+            return 0.0;
+        }
         at.copied().unwrap_or(f64::NAN) / area
     }
 }

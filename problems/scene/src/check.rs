@@ -6,38 +6,71 @@ use fredholm_core::Real;
 use fredholm_surfaces::{Bounds, hull};
 
 use crate::SceneError;
+use crate::contacts::Contacts;
 use crate::geometry::{Face, Node};
 use crate::planes::{self, may_be_one};
 use crate::scene::Scene;
 use crate::vector::{Vector, along, cross, dot, norm, ring, scale, sub};
 
-/// Refuses faces that overlap or cross, and numbers the planes.
-pub(crate) fn check(scene: &mut Scene) -> Result<(), SceneError> {
-    // What is as near to a plane as this is in it.
+/// What a scene looks like before it is cut.
+#[derive(Clone, Debug)]
+pub(crate) struct Survey {
+    pub(crate) contacts: Contacts,
+    /// Faces that overlap or cross, if there are any.
+    pub(crate) fault: Option<SceneError>,
+    /// What is as near to a plane as this is in it.
+    pub(crate) touch: f64,
+}
+
+/// Looks for faces that touch, overlap or cross, and numbers the planes.
+pub(crate) fn survey(scene: &mut Scene) -> Survey {
     let touch = Real::max(2.0 * scene.smallest, 2.0 * scene.flat);
+    let mut found = Survey {
+        contacts: Contacts::default(),
+        fault: None,
+        touch,
+    };
     let mut pairs: Vec<[u32; 2]> = Vec::new();
+    let mut others: Vec<u32> = Vec::new();
     for (f, face) in (0..).zip(&scene.faces) {
-        for (g, other) in near(scene, hull(face.polygon())).filter(|&(g, _)| g != f) {
+        // A quadrilateral is met once for each of its triangles.
+        others.clear();
+        others.extend(near(scene, hull(face.polygon())).map(|(g, _)| g));
+        others.sort_unstable();
+        others.dedup();
+        for &g in others.iter().filter(|&&g| g != f) {
+            let Some(other) = scene.faces.get(g as usize) else {
+                continue;
+            };
             if may_be_one(face, other, scene.flat) {
                 pairs.push([f, g]);
             }
             if coplanar(face, other, touch) {
-                if g < f {
-                    overlap(scene, (g, other), (f, face), touch)?;
+                if g < f && !separated(face, other, touch) && !separated(other, face, touch) {
+                    found.contacts.lie([g, f], [other, face], touch);
+                    let fault = overlap(scene, (g, other), (f, face));
+                    found.contacts.has_twins |= matches!(fault, Some(SceneError::Duplicate { .. }));
+                    found.fault = found.fault.or(fault);
                 }
-            } else if let Some(at) = crossing(face, other, touch) {
-                return Err(SceneError::Crossing {
-                    first: scene.place_of(f),
-                    second: scene.place_of(g),
-                    at,
+                continue;
+            }
+            if g < f {
+                found.contacts.meet([g, f], [other, face], touch);
+            }
+            if let Some(at) = crossing(face, other, touch) {
+                found.contacts.cross = true;
+                found.fault = found.fault.or_else(|| {
+                    Some(SceneError::Crossing {
+                        first: scene.place_of(f),
+                        second: scene.place_of(g),
+                        at,
+                    })
                 });
             }
         }
     }
-    pairs.sort_unstable();
-    pairs.dedup();
     planes::number(&mut scene.faces, &pairs, scene.flat);
-    Ok(())
+    found
 }
 
 /// The faces whose boxes meet a box, perhaps more than once for one.
@@ -62,23 +95,19 @@ fn coplanar(a: &Face<f64>, b: &Face<f64>, distance: f64) -> bool {
         .all(|&p| large.height(p).abs() <= distance)
 }
 
-/// Refuses two faces of one plane that overlap and face the same side.
+/// The error of two faces that overlap in one plane, if they face the same side.
 fn overlap(
     scene: &Scene,
     (g, first): (u32, &Face<f64>),
     (f, second): (u32, &Face<f64>),
-    touch: f64,
-) -> Result<(), SceneError> {
-    if dot(first.normal, second.normal) < 0.0
-        || separated(first, second, touch)
-        || separated(second, first, touch)
-    {
-        return Ok(());
+) -> Option<SceneError> {
+    if dot(first.normal, second.normal) < 0.0 {
+        return None;
     }
     let same =
         first.count == second.count && first.vertices.iter().all(|v| second.vertices.contains(v));
     let (first, second) = (scene.place_of(g), scene.place_of(f));
-    Err(if same {
+    Some(if same {
         SceneError::Duplicate { first, second }
     } else {
         SceneError::Overlap { first, second }

@@ -16,6 +16,8 @@ mod check;
 #[cfg(feature = "alloc")]
 mod closed;
 mod coloured;
+#[cfg(feature = "alloc")]
+mod contacts;
 mod crossed;
 mod error;
 mod geometry;
@@ -47,6 +49,8 @@ use fredholm_surfaces::space as vector;
 pub use beam::Beam;
 pub use cells::{CellTables, FacePatch, Side};
 pub use coloured::Coloured;
+#[cfg(feature = "alloc")]
+pub use contacts::Covered;
 pub use error::{Place, SceneError};
 #[cfg(feature = "alloc")]
 pub use fredholm_surfaces::ColourTables;

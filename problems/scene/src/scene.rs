@@ -11,6 +11,8 @@ use fredholm_surfaces::{
 
 use crate::SceneError;
 use crate::beam::Beam;
+use crate::check::Survey;
+use crate::contacts::{self, Covered, Pieces};
 use crate::error::Place;
 use crate::geometry::{Face, Geometry, Node, Triangle};
 use crate::join;
@@ -73,6 +75,7 @@ pub struct Scene {
     precision: Precision,
     /// What is as near to a plane as this is in it.
     pub(crate) flat: f64,
+    covered: Vec<Covered>,
 }
 
 /// The numbers of the vertices around every face.
@@ -176,8 +179,33 @@ impl Scene {
         Self::assemble(raw, enclosure, scale)
     }
 
-    /// Joins, checks, and builds the hierarchy.
+    /// Joins, cuts what touches, and checks.
     fn assemble(raw: Raw, enclosure: Enclosure, scale: Scale) -> Result<Self, SceneError> {
+        let (scene, survey) = Self::join(&raw, enclosure, scale)?;
+        if survey.contacts.is_none() {
+            return scene.checked(survey.fault);
+        }
+        let Some(pieces) = contacts::cut(&scene, &survey.contacts, survey.touch) else {
+            return scene.checked(survey.fault);
+        };
+        let cut = Self::join(&raw.cut(&scene, &pieces), enclosure, scale);
+        let cut = cut.and_then(|(own, again)| own.checked(again.fault));
+        match (cut, enclosure) {
+            (Ok(own), _) => Ok(Self {
+                covered: pieces.covered,
+                ..own
+            }),
+            // What is wrong with what was given is easier to find.
+            (Err(error), Enclosure::Open) => Err(survey.fault.unwrap_or(error)),
+            (Err(error), Enclosure::Closed) => match scene.checked(survey.fault) {
+                Ok(_) => Err(error),
+                Err(own) => Err(own),
+            },
+        }
+    }
+
+    /// Joins vertices, builds the hierarchy, and looks at what touches.
+    fn join(raw: &Raw, enclosure: Enclosure, scale: Scale) -> Result<(Self, Survey), SceneError> {
         let smallest = scale.smallest;
         let numbers = join::numbers(&raw.points, smallest);
         let mut faces = Vec::with_capacity(raw.counts.len());
@@ -192,29 +220,38 @@ impl Scene {
             triangles: Vec::new(),
             nodes: Vec::new(),
             outlines: Outlines::default(),
-            places: raw.places,
-            first: raw.first,
-            vertices: raw.points,
+            places: raw.places.clone(),
+            first: raw.first.clone(),
+            vertices: raw.points.clone(),
             enclosure,
             beams: Vec::new(),
             sky: None,
             smallest,
             precision: scale.precision,
             flat: scale.flat(),
+            covered: Vec::new(),
         };
         scene.outlines = join::plain_outlines(&scene.faces);
         scene.index(smallest);
         scene.outlines = join::outlines(&scene, &numbers);
         let margin = rounding(&scene.faces, scale.epsilon);
-        crate::check::check(&mut scene)?;
+        let survey = crate::check::survey(&mut scene);
         scene.index(margin);
-        if enclosure == Enclosure::Closed {
-            crate::closed::check(&scene)?;
-            if scene.faces.iter().all(|face| face.reflectance >= 1.0) {
+        Ok((scene, survey))
+    }
+
+    /// The scene, if nothing is wrong with it.
+    fn checked(self, fault: Option<SceneError>) -> Result<Self, SceneError> {
+        if let Some(fault) = fault {
+            return Err(fault);
+        }
+        if self.enclosure == Enclosure::Closed {
+            crate::closed::check(&self)?;
+            if self.faces.iter().all(|face| face.reflectance >= 1.0) {
                 return Err(SceneError::NothingAbsorbs);
             }
         }
-        Ok(scene)
+        Ok(self)
     }
 
     /// Cuts the faces into triangles, and builds the hierarchy over these.
@@ -389,6 +426,42 @@ impl Scene {
         self.smallest
     }
 
+    /// Whether no face has a part in front of this one that faces it, hidden or not.
+    #[must_use]
+    pub fn sees_nothing(&self, face: usize) -> bool {
+        let Some(own) = self.faces.get(face) else {
+            return true;
+        };
+        let slack = Real::max(self.smallest, self.flat);
+        let is_before = |a: &Face<f64>, b: &Face<f64>| {
+            let mut points = b.polygon().iter();
+            points.any(|&p| a.height(p) > slack)
+        };
+        let mut others = self.faces.iter().filter(|other| other.plane != own.plane);
+        !others.any(|other| is_before(own, other) && is_before(other, own))
+    }
+
+    /// The areas of surfaces that others cover, which are no part of the scene: by surface and by what covers it.
+    ///
+    /// ```
+    /// use fredholm_scene::{Enclosure, Material, Scene, Surface, shapes};
+    ///
+    /// // Two cubes that have a wall in common: neither wall is seen.
+    /// let row = shapes::block([0.0; 3], [1.0; 3]).and(shapes::block([1.0, 0.0, 0.0], [2.0, 1.0, 1.0]));
+    /// let houses: Vec<Vec<_>> = row.surfaces.chunks(6).map(|house| house.concat()).collect();
+    /// let surface = |polygons| Surface { polygons, materials: &[Material::BLACK] };
+    /// let surfaces: Vec<_> = houses.iter().map(|house| surface(house)).collect();
+    /// let scene = Scene::new::<f64>(&surfaces, Enclosure::Open)?;
+    /// let areas = scene.covered().iter().map(|own| (own.surface, own.by, own.area));
+    /// assert_eq!(areas.collect::<Vec<_>>(), [(0, 1, 1.0), (1, 0, 1.0)]);
+    /// assert_eq!((scene.faces().len(), scene.area(0)?), (10, 5.0));
+    /// # Ok::<(), fredholm_scene::SceneError>(())
+    /// ```
+    #[must_use]
+    pub fn covered(&self) -> &[Covered] {
+        &self.covered
+    }
+
     /// How precisely the coordinates are known, as they themselves show.
     #[must_use]
     pub const fn precision(&self) -> Precision {
@@ -406,6 +479,40 @@ impl Scene {
     pub fn vertex(&self, number: u32) -> [f64; 3] {
         let at = self.vertices.get(number as usize);
         at.copied().unwrap_or([f64::NAN; 3])
+    }
+}
+
+impl Raw {
+    /// The polygons in pieces, without those that left.
+    fn cut(&self, scene: &Scene, pieces: &Pieces) -> Self {
+        let mut own = Self {
+            points: Vec::new(),
+            counts: Vec::new(),
+            places: Vec::new(),
+            materials: Vec::new(),
+            first: Vec::from([0]),
+        };
+        let mut cut = pieces.cut.iter().peekable();
+        let mut add = |points: &[Vector<f64>], place: Place, material: Material| {
+            own.points.extend_from_slice(points);
+            own.counts.push(points.len() as u32);
+            own.places.push(place);
+            own.materials.push(material);
+        };
+        let faces = scene.faces.iter().zip(&self.places).zip(&self.materials);
+        for (((face, &place), &material), number) in faces.zip(0..) {
+            if pieces.is_whole.get(number as usize) == Some(&true) {
+                add(face.polygon(), place, material);
+            }
+            while let Some(piece) = cut.next_if(|piece| piece.face == number) {
+                add(&piece.points, place, material);
+            }
+        }
+        for surface in 1..self.first.len() {
+            let to = own.places.partition_point(|place| place.surface < surface);
+            own.first.push(to as u32);
+        }
+        own
     }
 }
 

@@ -258,7 +258,10 @@ impl Factors {
     fn sum(&self, surface: usize) -> f64 {
         let inside = self.factors.row(surface).map(|(_, factor)| factor);
         let outside = self.outside(surface);
-        inside.chain(outside.into_iter().flatten()).sum()
+        // A sum of nothing would be -0.
+        inside
+            .chain(outside.into_iter().flatten())
+            .fold(0.0, |sum, factor| sum + factor)
     }
 
     /// A line for every factor that is not 0.

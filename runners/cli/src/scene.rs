@@ -63,6 +63,7 @@ pub(crate) fn factors(args: &FactorsArgs, mut file: SceneFile) -> Result<Factors
         ));
     }
     let scene = file.scene::<f64>()?;
+    tell(&file, &scene);
     let start = Instant::now();
     let sights = Sights::new(&scene, args.error.unwrap_or(ERROR)).map_err(Failure::input)?;
     refuse_beyond_memory(args, &file, &scene)?;
@@ -146,6 +147,14 @@ pub(crate) fn factors(args: &FactorsArgs, mut file: SceneFile) -> Result<Factors
             seconds,
         }),
     })
+}
+
+/// Says what was left out, and how precise the coordinates are.
+fn tell(file: &SceneFile, scene: &Scene) {
+    let names: Vec<String> = file.surfaces.iter().map(|s| s.name.clone()).collect();
+    for note in fredholm::scene::notes(&names, scene) {
+        say(format_args!("note: {note}"));
+    }
 }
 
 /// Form factors, or exchange factors of grey surfaces, row by row.
@@ -273,6 +282,7 @@ pub(crate) fn check(file: &SceneFile, out: Option<&Path>) -> Result<Ended, Failu
         Output::open("--out", path)?.finish(table::drawn(drawing.draw())?)?;
     }
     let scene = file.scene::<f64>()?;
+    tell(file, &scene);
     let sights = Sights::new(&scene, ERROR).map_err(Failure::run)?;
     let light = if file.open { "may leave" } else { "stays" };
     let row = |name: &str, value: String| vec![name.to_owned(), value];

@@ -6,6 +6,7 @@ mod examine;
 mod export;
 mod global;
 mod heat;
+mod notes;
 mod partition;
 mod places;
 mod radius;
@@ -27,6 +28,7 @@ pub use fredholm_model::Beside;
 use fredholm_model::channels::ColouredPart;
 pub use fredholm_model::channels::Colours;
 pub use fredholm_scene::{Beam, Enclosure, Material, Polygon, Scene, SkyLight, shapes};
+pub use notes::notes;
 use partition::ScenePartition;
 use places::Place;
 pub use view::{View, ViewRequest};
@@ -340,6 +342,10 @@ impl Model for SceneModel {
         LastSteps::Always
     }
 
+    fn notes(&self) -> Vec<String> {
+        notes(&self.names, &self.scene)
+    }
+
     fn part(&self, number: usize) -> Option<&str> {
         self.names.get(number).map(String::as_str)
     }
@@ -390,7 +396,18 @@ impl Model for SceneModel {
     }
 
     fn check_goals(&self, goals: &[Goal]) -> Result<(), Error> {
-        let check = |goal: &Goal| Place::new(&self.scene, &goal.region).map(|_| ());
+        let check = |goal: &Goal| {
+            if let Region::Part(part) = goal.region
+                && self
+                    .scene
+                    .faces_of(part)
+                    .is_ok_and(|faces| faces.is_empty())
+            {
+                let message = notes::without_faces(self.part(part).unwrap_or("?"));
+                return Err(Error::Region { message });
+            }
+            Place::new(&self.scene, &goal.region).map(|_| ())
+        };
         goals.iter().try_for_each(check)
     }
 

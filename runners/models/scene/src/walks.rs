@@ -89,21 +89,29 @@ impl Cut<'_> {
                 known,
             });
         }
-        for (region, origin) in regions.iter().zip(&origins) {
+        let others = model.scene.sky().is_some() || !model.scene.beams().is_empty();
+        let mut known = certain(model, model.colours().filter(|_| !others), request.goals);
+        known.resize(goals.len(), false);
+        for ((region, origin), place) in regions.iter().zip(&origins).zip(&places) {
             if model.colours().is_none() && model.takes_walks(region, request.wanted == Wanted::U) {
                 goals.push(Goal {
                     functional: Origin::Arriving(origin),
                     control_mean: None,
                     known: nothing,
                 });
+                // What sees no surface, no lamp and no sky receives nothing.
+                let is_alone = |&face: &u32| model.scene.sees_nothing(face as usize);
+                let faces = match place {
+                    Place::Point(face, _) => core::slice::from_ref(face),
+                    Place::Faces(faces) => faces.as_slice(),
+                    _ => &[],
+                };
+                known.push(!others && !faces.is_empty() && faces.iter().all(is_alone));
             }
         }
         // Of plain walks nothing is known, and irradiances of receivers are no goals.
         galerkin.resize(request.goals.len(), 0.0);
         let job = Goals::new(equation, &*neighbour, &goals, request.walk.for_core());
-        let has_others = model.scene.sky().is_some() || !model.scene.beams().is_empty();
-        let colours = model.colours().filter(|_| !has_others);
-        let known = certain(model, colours, request.goals);
         let job = job.with_sum(model.weights()).with_certain(&known);
         let is_asked = request.wanted == Wanted::Derivatives;
         let dependent = is_asked.then(|| model.surface_quantities());

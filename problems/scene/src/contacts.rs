@@ -1,0 +1,542 @@
+//! Faces that touch: cut where others lie on them, stand on them or go through them, so that what nobody sees can leave the scene.
+//!
+//! People draw a cupboard on a floor that goes on below it, houses in a row each with all of its walls, walls that end below the
+//! floor. A part of a face on which a solid stands looks into the solid: rays from it meet backs. So faces are cut along the edges
+//! that lie in them, and each part is judged by rays. In an open scene a part leaves if all that it sees are backs; in a closed one
+//! if it sees backs or nothing at all, and the rest must be closed. What lies face to face with a part that leaves, leaves with it.
+//! Of two polygons on the same side of one plane, such as a window that is drawn on a wall, the surface with less area there stays.
+
+use alloc::vec::Vec;
+
+use fredholm_core::Real;
+use fredholm_core::array::from_fn;
+use fredholm_surfaces::Enclosure;
+
+use crate::geometry::{Face, Node};
+use crate::ray::Backs;
+use crate::scene::Scene;
+use crate::vector::{Vector, along, centroid, cross, dot, least_axis, norm, ring, sub, turn, unit};
+
+/// The sum of the areas of a surface that others cover, which leaves the scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Covered {
+    /// The number of the surface.
+    pub surface: usize,
+    /// The number of the surface that covers it.
+    pub by: usize,
+    /// The area that is covered, in the square of the scene's unit of length.
+    pub area: f64,
+}
+
+/// A line within a face along which another one meets it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Seam {
+    pub(crate) face: u32,
+    pub(crate) ends: [Vector<f64>; 2],
+}
+
+/// How faces touch.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Contacts {
+    pub(crate) seams: Vec<Seam>,
+    /// Pairs that overlap in one plane and face opposite sides.
+    pub(crate) opposite: Vec<[u32; 2]>,
+    /// Pairs that overlap in one plane and face the same side.
+    pub(crate) same: Vec<[u32; 2]>,
+    /// Whether a face goes through another.
+    pub(crate) cross: bool,
+    /// Whether a face is there twice.
+    pub(crate) has_twins: bool,
+}
+
+impl Contacts {
+    /// Whether there is nothing to cut, or nobody knows what.
+    pub(crate) const fn is_none(&self) -> bool {
+        self.has_twins
+            || (self.seams.is_empty() && self.opposite.is_empty() && self.same.is_empty())
+    }
+
+    /// Adds what two faces of one plane that overlap have to do with each other.
+    pub(crate) fn lie(&mut self, [f, g]: [u32; 2], faces: [&Face<f64>; 2], touch: f64) {
+        let pair = [f, g];
+        if dot(faces[0].normal, faces[1].normal) < 0.0 {
+            self.opposite.push(pair);
+        } else {
+            self.same.push(pair);
+        }
+        for (own, other) in [(0, 1), (1, 0)] {
+            for ends in ring(faces[other].polygon()) {
+                self.add(pair[own], faces[own], ends, touch);
+            }
+        }
+    }
+
+    /// Adds what two faces of different planes have in common.
+    pub(crate) fn meet(&mut self, pair: [u32; 2], faces: [&Face<f64>; 2], touch: f64) {
+        for (own, other) in [(0, 1), (1, 0)] {
+            if let Some(line) = chord(faces[other], faces[own], touch) {
+                self.add(pair[own], faces[own], line, touch);
+            }
+        }
+    }
+
+    /// Adds the part of a line that is inside of a face, and not along its outline.
+    fn add(&mut self, number: u32, face: &Face<f64>, line: [Vector<f64>; 2], touch: f64) {
+        let (points, normal) = (face.polygon(), face.normal);
+        let inside = within(points, normal, line, touch);
+        if inside.is_some_and(|[a, b]| norm(sub(b, a)) > touch)
+            && let Some(ends) = within(points, normal, line, 0.0)
+        {
+            self.seams.push(Seam { face: number, ends });
+        }
+    }
+}
+
+/// Where a face meets the plane of another.
+fn chord(face: &Face<f64>, plane: &Face<f64>, touch: f64) -> Option<[Vector<f64>; 2]> {
+    let height = |p: Vector<f64>| {
+        let h = plane.height(p);
+        if h.abs() <= touch { 0.0 } else { h }
+    };
+    let mut found: Option<[Vector<f64>; 2]> = None;
+    let mut add = |p: Vector<f64>| {
+        found = Some(match found {
+            None => [p, p],
+            // The two that are furthest apart.
+            Some([a, b]) => {
+                let length = norm(sub(b, a));
+                if norm(sub(p, a)) > length && norm(sub(p, a)) >= norm(sub(p, b)) {
+                    [a, p]
+                } else if norm(sub(p, b)) > length {
+                    [p, b]
+                } else {
+                    [a, b]
+                }
+            }
+        });
+    };
+    for [a, b] in ring(face.polygon()) {
+        let (from, to) = (height(a), height(b));
+        if from == 0.0 {
+            add(a);
+        } else if (from > 0.0 && to < 0.0) || (from < 0.0 && to > 0.0) {
+            add(along(a, from / (from - to), sub(b, a)));
+        }
+    }
+    found.filter(|[a, b]| norm(sub(*b, *a)) > touch)
+}
+
+/// The part of a line that is in a convex polygon, and further than `inset` from its outline.
+fn within(
+    polygon: &[Vector<f64>],
+    normal: Vector<f64>,
+    [from, to]: [Vector<f64>; 2],
+    inset: f64,
+) -> Option<[Vector<f64>; 2]> {
+    let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
+    for [a, b] in ring(polygon) {
+        let inward = unit(cross(normal, sub(b, a)));
+        let low = dot(inward, sub(from, a)) - inset;
+        let high = dot(inward, sub(to, a)) - inset;
+        if low <= 0.0 && high <= 0.0 {
+            return None;
+        }
+        let t = low / (low - high);
+        if low < 0.0 {
+            enter = Real::max(enter, t);
+        } else if high < 0.0 {
+            leave = leave.min(t);
+        }
+    }
+    let at = |t: f64| match t {
+        0.0 => from,
+        1.0 => to,
+        _ => along(from, t, sub(to, from)),
+    };
+    (enter < leave).then(|| [at(enter), at(leave)])
+}
+
+/// A convex part of a face.
+#[derive(Clone, Debug)]
+struct Part {
+    points: Vec<Vector<f64>>,
+    /// The surface that covers it.
+    by: Option<usize>,
+}
+
+/// A face in parts.
+#[derive(Clone, Debug)]
+struct Cut {
+    face: u32,
+    parts: Vec<Part>,
+}
+
+/// A polygon of a scene that was cut: those of a face that is whole are its own.
+#[derive(Clone, Debug)]
+pub(crate) struct Piece {
+    pub(crate) face: u32,
+    pub(crate) points: Vec<Vector<f64>>,
+}
+
+/// A scene in pieces, and what has left it.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Pieces {
+    /// Those of faces that were cut, in ascending order of faces; a face that is covered wholly has none.
+    pub(crate) cut: Vec<Piece>,
+    /// Which faces are as they were.
+    pub(crate) is_whole: Vec<bool>,
+    pub(crate) covered: Vec<Covered>,
+}
+
+/// Cuts the faces that others touch, and leaves out what nobody sees; `None` if everything can stay as it is.
+pub(crate) fn cut(scene: &Scene, contacts: &Contacts, touch: f64) -> Option<Pieces> {
+    let mut own: Vec<u32> = contacts.seams.iter().map(|seam| seam.face).collect();
+    let pairs = contacts.opposite.iter().chain(&contacts.same);
+    own.extend(pairs.flatten());
+    own.sort_unstable();
+    own.dedup();
+    let mut seams = contacts.seams.clone();
+    seams.sort_by_key(|seam| seam.face);
+    let mut cuts: Vec<Cut> = Vec::with_capacity(own.len());
+    for face in own {
+        let from = seams.partition_point(|seam| seam.face < face);
+        let to = seams.partition_point(|seam| seam.face <= face);
+        let lines = seams.get(from..to).unwrap_or(&[]);
+        let own = scene.faces.get(face as usize)?;
+        cuts.push(Cut {
+            face,
+            parts: parts(own, lines, touch),
+        });
+    }
+    for cut in &mut cuts {
+        for part in &mut cut.parts {
+            part.by = covering(scene, cut.face, &part.points);
+        }
+    }
+    leave_together(scene, &mut cuts, &contacts.opposite);
+    if scene.enclosure() == Enclosure::Closed {
+        follow(scene, &mut cuts, touch);
+    }
+    let is_drawn_over = draw_over(scene, &mut cuts, &contacts.same, touch);
+    let mut covered: Vec<Covered> = Vec::new();
+    let mut pieces = Pieces {
+        is_whole: alloc::vec![true; scene.faces.len()],
+        ..Pieces::default()
+    };
+    for cut in &cuts {
+        let surface = scene.place_of(cut.face).surface;
+        for part in &cut.parts {
+            if let Some(by) = part.by {
+                let area = area(&part.points);
+                covered.push(Covered { surface, by, area });
+            }
+        }
+        let is_changed = cut.parts.iter().any(|part| part.by.is_some());
+        let has_lines = cut.parts.len() > 1;
+        if is_changed || (has_lines && contacts.cross) {
+            pieces.is_whole[cut.face as usize] = false;
+            let left = cut.parts.iter().filter(|part| part.by.is_none());
+            for part in left {
+                for points in convex(scene, &part.points, touch) {
+                    let face = cut.face;
+                    pieces.cut.push(Piece { face, points });
+                }
+            }
+        }
+    }
+    covered.sort_by_key(|own| (own.surface, own.by));
+    for own in covered {
+        match pieces.covered.last_mut() {
+            Some(last) if (last.surface, last.by) == (own.surface, own.by) => last.area += own.area,
+            _ => pieces.covered.push(own),
+        }
+    }
+    let is_changed = !pieces.covered.is_empty() || contacts.cross;
+    (is_changed && is_drawn_over).then_some(pieces)
+}
+
+/// The convex parts into which lines cut a face: each cuts those parts that it passes through.
+fn parts(face: &Face<f64>, lines: &[Seam], touch: f64) -> Vec<Part> {
+    let mut all = Vec::from([face.polygon().to_vec()]);
+    let mut next: Vec<Vec<Vector<f64>>> = Vec::new();
+    for seam in lines {
+        let [a, b] = seam.ends;
+        let aside = unit(cross(face.normal, sub(b, a)));
+        let distance = |p: Vector<f64>| {
+            let d = dot(aside, sub(p, a));
+            if d.abs() <= touch { 0.0 } else { d }
+        };
+        for part in all.drain(..) {
+            let passes = within(&part, face.normal, seam.ends, touch)
+                .is_some_and(|[from, to]| norm(sub(to, from)) > touch);
+            let (mut left, mut right) = (Vec::new(), Vec::new());
+            if passes {
+                for [p, q] in ring(&part) {
+                    let (from, to) = (distance(p), distance(q));
+                    if from >= 0.0 {
+                        left.push(p);
+                    }
+                    if from <= 0.0 {
+                        right.push(p);
+                    }
+                    if (from > 0.0 && to < 0.0) || (from < 0.0 && to > 0.0) {
+                        let at = along(p, from / (from - to), sub(q, p));
+                        // Where the line ends, or near it, its end is the vertex.
+                        let end = seam
+                            .ends
+                            .into_iter()
+                            .find(|&e| norm(sub(e, at)) <= 4.0 * touch);
+                        left.push(end.unwrap_or(at));
+                        right.push(end.unwrap_or(at));
+                    }
+                }
+            }
+            if left.len() >= 3 && right.len() >= 3 {
+                next.extend([left, right]);
+            } else {
+                next.push(part);
+            }
+        }
+        core::mem::swap(&mut all, &mut next);
+    }
+    let part = |points| Part { points, by: None };
+    all.into_iter().map(part).collect()
+}
+
+fn area(points: &[Vector<f64>]) -> f64 {
+    let Some((&hub, rest)) = points.split_first() else {
+        return 0.0;
+    };
+    let double = rest.windows(2).fold([0.0; 3], |sum: Vector<f64>, pair| {
+        let own = turn(hub, pair[0], pair[1]);
+        from_fn(|k| sum[k] + own[k])
+    });
+    0.5 * norm(double)
+}
+
+/// The triangles and quadrilaterals that make up a convex part, without those that are thinner than what touches.
+fn convex(scene: &Scene, points: &[Vector<f64>], touch: f64) -> Vec<Vec<Vector<f64>>> {
+    let mut own = points.to_vec();
+    // Vertices on straight edges are found again where faces are joined.
+    let mut k = 0;
+    while own.len() > 3 && k < own.len() {
+        let n = own.len();
+        let [a, b, c] = [own[(k + n - 1) % n], own[k], own[(k + 1) % n]];
+        if norm(turn(a, b, c)) <= touch * norm(sub(c, a)) {
+            own.remove(k);
+        } else {
+            k += 1;
+        }
+    }
+    // Four vertices are in a plane if they are not off it by the precision of what was read.
+    let most = if 2.0 * scene.flat > scene.smallest {
+        1
+    } else {
+        2
+    };
+    let mut all = Vec::new();
+    let mut at = 1;
+    while at + 1 < own.len() {
+        let to = (at + most).min(own.len() - 1);
+        let mut piece = Vec::from([own[0]]);
+        piece.extend_from_slice(own.get(at..=to).unwrap_or(&[]));
+        let longest = ring(&piece).fold(0.0, |m: f64, [a, b]| Real::max(m, norm(sub(b, a))));
+        if area(&piece) > 4.0 * touch * longest {
+            all.push(piece);
+        }
+        at = to;
+    }
+    all
+}
+
+/// The number of rays from each of the points at which a part is judged.
+const RAYS: u32 = 24;
+
+/// In a closed scene a part is no part of the room if more than this share of its rays meets a back or nothing.
+const STRAY: f64 = 0.05;
+
+/// The surface that covers a part of a face, whose back most of its rays meet; `None` if it is seen.
+fn covering(scene: &Scene, number: u32, points: &[Vector<f64>]) -> Option<usize> {
+    let face = scene.faces.get(number as usize)?;
+    let geometry = scene.geometry();
+    let middle = centroid(points);
+    let origins = points.iter().map(|&p| along(middle, 0.5, sub(p, middle)));
+    let mut backs: Vec<usize> = Vec::new();
+    let (mut fronts, mut misses) = (0_u32, 0_u32);
+    let x = unit(cross(face.normal, least_axis(face.normal)));
+    let y = cross(face.normal, x);
+    for (k, from) in (0..).zip(core::iter::once(middle).chain(origins)) {
+        for ray in 0..RAYS {
+            let direction = direction(k * RAYS + ray, [x, y, face.normal]);
+            match geometry.nearest(Some(face), from, direction, Backs::Block) {
+                None => misses += 1,
+                Some(hit) if hit.back => backs.push(scene.place_of(hit.face).surface),
+                Some(_) => fronts += 1,
+            }
+        }
+    }
+    let others = backs.len() as f64 + f64::from(misses);
+    let is_covered = match scene.enclosure() {
+        Enclosure::Open => fronts == 0 && misses == 0,
+        Enclosure::Closed => others > STRAY * (others + f64::from(fronts)),
+    };
+    backs.sort_unstable();
+    let runs = backs.chunk_by(|a, b| a == b);
+    let most = runs.max_by_key(|run| run.len()).and_then(|run| run.first());
+    is_covered.then(|| {
+        most.copied()
+            .unwrap_or_else(|| scene.place_of(number).surface)
+    })
+}
+
+/// Directions spread by the cosine law: multiples of irrational numbers (Weyl 1916).
+fn direction(k: u32, [x, y, z]: [Vector<f64>; 3]) -> Vector<f64> {
+    let fraction = |a: f64| {
+        let multiple = (f64::from(k) + 0.5) * a;
+        multiple - (multiple as u64) as f64
+    };
+    // The plastic number's powers.
+    let (u, v) = (
+        fraction(0.754_877_666_246_692_7),
+        fraction(0.569_840_290_998_053_3),
+    );
+    let (r, angle) = (Real::sqrt(u), core::f64::consts::TAU * v);
+    let (a, b, c) = (
+        r * Real::cos(angle),
+        r * Real::sin(angle),
+        Real::sqrt(1.0 - u),
+    );
+    from_fn(|i| a * x[i] + b * y[i] + c * z[i])
+}
+
+/// Whether a point of its plane is in a convex polygon.
+fn holds(points: &[Vector<f64>], normal: Vector<f64>, at: Vector<f64>) -> bool {
+    ring(points).all(|[a, b]| dot(cross(normal, sub(b, a)), sub(at, a)) >= 0.0)
+}
+
+/// The part of a face in which a point is.
+fn part_at(scene: &Scene, cuts: &[Cut], number: u32, at: Vector<f64>) -> Option<[usize; 2]> {
+    let cut = cuts.binary_search_by_key(&number, |cut| cut.face).ok()?;
+    let normal = scene.faces.get(number as usize)?.normal;
+    let parts = &cuts.get(cut)?.parts;
+    let part = parts
+        .iter()
+        .position(|part| holds(&part.points, normal, at))?;
+    Some([cut, part])
+}
+
+/// In a closed scene faces that are no part of the room and have an edge in common with what leaves, leave as well: the bottom of a
+/// box that reaches through a floor.
+fn follow(scene: &Scene, cuts: &mut Vec<Cut>, touch: f64) {
+    let leaving = |cut: &Cut| -> Vec<Vec<Vector<f64>>> {
+        let parts = cut.parts.iter().filter(|part| part.by.is_some());
+        parts.map(|part| part.points.clone()).collect()
+    };
+    let mut open: Vec<Vec<Vector<f64>>> = cuts.iter().flat_map(leaving).collect();
+    let mut is_judged = alloc::vec![false; scene.faces.len()];
+    for cut in cuts.iter() {
+        is_judged[cut.face as usize] = true;
+    }
+    while let Some(points) = open.pop() {
+        for [a, b] in ring(&points) {
+            let middle = along(a, 0.5, sub(b, a));
+            let off = |node: &Node<f64>| {
+                (0..3).any(|k| middle[k] < node.low[k] - touch || middle[k] > node.high[k] + touch)
+            };
+            for triangle in scene.geometry().but(off) {
+                let number = triangle.face;
+                let (Some(face), Some(done)) = (
+                    scene.faces.get(number as usize),
+                    is_judged.get_mut(number as usize),
+                ) else {
+                    continue;
+                };
+                let is_near = |[p, q]: [Vector<f64>; 2]| {
+                    let span = sub(q, p);
+                    let t = (dot(span, sub(middle, p)) / dot(span, span)).clamp(0.0, 1.0);
+                    norm(sub(middle, along(p, t, span))) <= touch
+                };
+                if *done || !ring(face.polygon()).any(is_near) {
+                    continue;
+                }
+                *done = true;
+                let points = face.polygon().to_vec();
+                if let by @ Some(_) = covering(scene, number, &points) {
+                    open.push(points.clone());
+                    let parts = Vec::from([Part { points, by }]);
+                    let face = number;
+                    cuts.push(Cut { face, parts });
+                }
+            }
+        }
+    }
+    cuts.sort_by_key(|cut| cut.face);
+}
+
+/// What lies face to face with a part that leaves, leaves with it.
+fn leave_together(scene: &Scene, cuts: &mut [Cut], opposite: &[[u32; 2]]) {
+    let mut leaving: Vec<([usize; 2], usize)> = Vec::new();
+    for &[f, g] in opposite {
+        for [own, other] in [[f, g], [g, f]] {
+            let Ok(at) = cuts.binary_search_by_key(&own, |cut| cut.face) else {
+                continue;
+            };
+            let by = scene.place_of(other).surface;
+            for (k, part) in cuts[at].parts.iter().enumerate() {
+                let twin = part_at(scene, cuts, other, centroid(&part.points));
+                let leaves = twin.is_some_and(|[c, p]| cuts[c].parts[p].by.is_some());
+                if part.by.is_none() && leaves {
+                    leaving.push(([at, k], by));
+                }
+            }
+        }
+    }
+    for ([cut, part], by) in leaving {
+        cuts[cut].parts[part].by = Some(by);
+    }
+}
+
+/// Of polygons on the same side of one plane those of the larger surface leave. Whether each of the smaller one lies on it wholly: else
+/// nobody knows which one is meant.
+fn draw_over(scene: &Scene, cuts: &mut [Cut], same: &[[u32; 2]], touch: f64) -> bool {
+    let surface = |f: u32| scene.place_of(f).surface;
+    let face = |f: u32| scene.faces.get(f as usize);
+    // The area of the surface in the face's plane.
+    let size = |f: u32| -> f64 {
+        let own = scene.faces_of(surface(f)).unwrap_or(0..0);
+        let plane = face(f).map_or(u32::MAX, |face| face.plane);
+        let faces = own.filter_map(|g| scene.faces.get(g));
+        faces.filter(|g| g.plane == plane).map(|g| g.area).sum()
+    };
+    let mut over: Vec<(u32, f64)> = Vec::new();
+    for &[f, g] in same {
+        let (a, b) = (size(f), size(g));
+        if surface(f) == surface(g) || a == b {
+            return false;
+        }
+        let (small, large) = if a < b { (f, g) } else { (g, f) };
+        let (Some(upper), Ok(at)) = (
+            face(small),
+            cuts.binary_search_by_key(&large, |cut| cut.face),
+        ) else {
+            return false;
+        };
+        let mut hidden = 0.0;
+        for part in &mut cuts[at].parts {
+            if holds(upper.polygon(), upper.normal, centroid(&part.points)) {
+                part.by = Some(surface(small));
+                hidden += area(&part.points);
+            }
+        }
+        over.push((small, hidden));
+    }
+    over.sort_by_key(|own| own.0);
+    over.chunk_by(|a, b| a.0 == b.0).all(|own| {
+        let hidden: f64 = own.iter().map(|o| o.1).sum();
+        let Some(face) = own.first().and_then(|o| face(o.0)) else {
+            return false;
+        };
+        let around: f64 = ring(face.polygon()).map(|[a, b]| norm(sub(b, a))).sum();
+        (hidden - face.area).abs() <= 4.0 * touch * around + 1e-9 * face.area
+    })
+}
