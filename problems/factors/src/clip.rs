@@ -123,6 +123,11 @@ impl<const N: usize> Rest<N> {
         self.pieces.push(polygon, ());
     }
 
+    /// Whether nothing is left.
+    pub(crate) const fn is_empty(&self) -> bool {
+        self.pieces.ends.is_empty()
+    }
+
     /// What is left.
     pub(crate) fn each(&self) -> impl Iterator<Item = &[[f64; N]]> {
         self.pieces.each().map(|(piece, ())| piece)

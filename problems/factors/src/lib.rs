@@ -3,6 +3,7 @@
 
 extern crate alloc;
 
+mod bodies;
 mod clear;
 mod clip;
 mod close;
@@ -14,6 +15,7 @@ mod flat;
 mod groups;
 mod occluders;
 mod partial;
+mod points;
 mod rules;
 mod shaft;
 mod sights;

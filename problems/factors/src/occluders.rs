@@ -7,6 +7,7 @@ use fredholm_scene::{Face, Scene};
 use fredholm_surfaces::space::{Vector, cross, dot, norm, ring, sub};
 use fredholm_surfaces::{Branch, Enclosure, Item, balanced, hull, leaves, margin};
 
+use crate::bodies::{self, Body};
 use crate::rules::{area, double_area};
 
 /// The most vertices of a large polygon: every one costs where it hides something.
@@ -20,9 +21,24 @@ pub(crate) struct Occluder {
     /// Their numbers.
     vertices: Vec<u32>,
     pub(crate) normal: Vector<f64>,
+    /// The number of the convex body of which it is a face.
+    pub(crate) body: Option<u32>,
 }
 
 impl Occluder {
+    /// Its edges by the numbers of their ends.
+    pub(crate) fn edges(&self) -> impl Iterator<Item = [u32; 2]> {
+        ring(&self.vertices)
+    }
+
+    /// The numbers and places of its vertices.
+    pub(crate) fn corners(&self) -> impl Iterator<Item = (u32, Vector<f64>)> {
+        self.vertices
+            .iter()
+            .copied()
+            .zip(self.points.iter().copied())
+    }
+
     #[inline]
     pub(crate) fn height(&self, point: Vector<f64>) -> f64 {
         let first = self.points.first().copied().unwrap_or_default();
@@ -34,6 +50,7 @@ impl Occluder {
 #[derive(Clone, Debug)]
 pub(crate) struct Occluders {
     all: Vec<Occluder>,
+    bodies: Vec<Body>,
     order: Vec<u32>,
     nodes: Vec<Branch<3>>,
 }
@@ -67,6 +84,14 @@ impl Occluders {
                 seen.insert(vertices)
             });
         }
+        let bodies = bodies::find(&all, slack);
+        for (number, body) in (0..).zip(&bodies) {
+            for &face in &body.faces {
+                if let Some(occluder) = all.get_mut(face as usize) {
+                    occluder.body = Some(number);
+                }
+            }
+        }
         let item = |(number, occluder): (u32, &Occluder)| Item {
             bounds: hull(&occluder.points),
             number,
@@ -80,9 +105,18 @@ impl Occluders {
         }
         Self {
             all,
+            bodies,
             order: items.iter().map(|item| item.number).collect(),
             nodes,
         }
+    }
+
+    pub(crate) fn body(&self, number: u32) -> Option<&Body> {
+        self.bodies.get(number as usize)
+    }
+
+    pub(crate) fn get(&self, number: u32) -> Option<&Occluder> {
+        self.all.get(number as usize)
     }
 
     /// The number of occluders.
@@ -138,6 +172,7 @@ impl Plane<'_> {
                 normal: double.map(|x| x / length),
                 points,
                 vertices,
+                body: None,
             });
         }
     }

@@ -8,13 +8,17 @@ use fredholm_surfaces::space::{Vector, centroid, dot, norm, sub};
 use crate::clear::{self, Amount, Sheet};
 use crate::clip::keep;
 use crate::edges;
-use crate::occluders::Occluder;
+use crate::occluders::{Occluder, Occluders};
+use crate::points::{Buffers, Points};
 use crate::rules::{Rules, area, radius};
 use crate::shaft::Shaft;
 use crate::silhouette::View;
 
 /// The share of the error that may be of what would be if nothing were between.
 const CLEAR: f64 = 1e-3;
+
+/// The most points by which a pair is looked at before contours are taken.
+const MOST: usize = 4000;
 
 /// A_1 F_12 of two polygons with these occluders between them, to `error`. The second may be at infinity.
 pub(crate) fn exchange(
@@ -23,11 +27,25 @@ pub(crate) fn exchange(
     fronts: bool,
     error: f64,
     shaft: &Shaft,
+    occluders: &Occluders,
     rules: &Rules,
+    buffers: &mut Buffers,
 ) -> Amount {
     let size = |s: Sheet<'_>| radius(s.points, centroid(s.points));
     let swap = !b.far && size(b) < size(a);
     let pair = if swap { (b, a) } else { (a, b) };
+    let points = Points::new(
+        if b.far { pair } else { (pair.1, pair.0) },
+        between,
+        // The first one sees them from the front, and that is the outer one if they were swapped.
+        fronts.then_some(swap),
+        occluders,
+        rules,
+        shaft.slack(),
+    );
+    if let Some(amount) = points.exchange(error, MOST, shaft.slack(), buffers) {
+        return amount;
+    }
     let between = between.iter().filter_map(|occluder| {
         let mut screen = screen(occluder, pair, shaft.slack())?;
         // What is seen from the front is said of the first.

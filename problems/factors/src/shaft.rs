@@ -31,7 +31,7 @@ pub(crate) enum Between<'o> {
 }
 
 /// What one polygon hides of two others from each other.
-enum Hides {
+pub(crate) enum Hides {
     Nothing,
     Some,
     All,
@@ -110,7 +110,7 @@ impl Shaft {
     }
 
     /// Whether a polygon has no part inside of the shaft, as far as planes tell.
-    fn excludes(&self, polygon: &[Vector<f64>]) -> bool {
+    pub(crate) fn excludes(&self, polygon: &[Vector<f64>]) -> bool {
         let outside = |normal: Vector<f64>, point: Vector<f64>| {
             let mut points = polygon.iter();
             points.all(|&p| dot(normal, sub(p, point)) >= -self.slack)
@@ -155,7 +155,8 @@ impl Shaft {
         Between::Some(found)
     }
 
-    fn of_one(&self, o: &Occluder, a: Sheet<'_>, b: Sheet<'_>, fronts: bool) -> Hides {
+    /// What an occluder hides of two polygons from each other.
+    pub(crate) fn of_one(&self, o: &Occluder, a: Sheet<'_>, b: Sheet<'_>, fronts: bool) -> Hides {
         let sides = |s: Sheet<'_>| {
             let (mut above, mut below) = (false, false);
             for &p in s.points {

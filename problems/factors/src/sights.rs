@@ -12,6 +12,7 @@ use crate::clear::{self, Amount, PARALLEL, Sheet};
 use crate::clip::{Rest, keep};
 use crate::occluders::Occluders;
 use crate::partial;
+use crate::points::Buffers;
 use crate::rules::{Rules, area};
 use crate::shaft::{Between, Shaft};
 use crate::sky::Sky;
@@ -98,10 +99,10 @@ impl<'a> Sights<'a> {
         let Some(own) = self.faces.get(face) else {
             return row;
         };
-        let mut shaft = Shaft::default();
+        let (mut shaft, mut buffers) = (Shaft::default(), Buffers::default());
         for (number, other) in self.faces.iter().enumerate().skip(face + 1) {
             // Rounding must not make more of a face than all.
-            let amount = self.pair(own, other, &mut row, &mut shaft);
+            let amount = self.pair(own, other, &mut row, &mut shaft, &mut buffers);
             let amount = amount.min(own.area).min(other.area);
             if amount > 0.0 {
                 row.entries.push((number as u32, amount));
@@ -144,10 +145,10 @@ impl<'a> Sights<'a> {
             error: 0.0,
         };
         let mut errors = row.exchange.clone();
-        let mut shaft = Shaft::default();
+        let (mut shaft, mut buffers) = (Shaft::default(), Buffers::default());
         for piece in sky.pieces() {
             let error = self.error * own.area * piece.share;
-            let amount = self.piece(sheet, &piece.corners, error, &mut shaft);
+            let amount = self.piece(sheet, &piece.corners, error, &mut shaft, &mut buffers);
             let sums = [&mut row.exchange, &mut errors].map(|list| list.get_mut(piece.patch));
             if let [Some(sum), Some(error)] = sums {
                 *sum += amount.value;
@@ -169,7 +170,14 @@ impl<'a> Sights<'a> {
     }
 
     /// What a face exchanges with a cone of directions.
-    fn piece(&self, own: Sheet<'_>, cone: &[Vector<f64>], error: f64, shaft: &mut Shaft) -> Amount {
+    fn piece(
+        &self,
+        own: Sheet<'_>,
+        cone: &[Vector<f64>],
+        error: f64,
+        shaft: &mut Shaft,
+        buffers: &mut Buffers,
+    ) -> Amount {
         let above = keep(cone, |d| dot(own.normal, d), PARALLEL);
         let pair = (own, own.directions(&above));
         if above.len() < 3 {
@@ -181,9 +189,16 @@ impl<'a> Sights<'a> {
             Between::Some(found) if found.is_empty() => {
                 clear::exchange(pair.0, pair.1, 0.0, &self.rules)
             }
-            Between::Some(found) => {
-                partial::exchange(pair, &found, false, error, shaft, &self.rules)
-            }
+            Between::Some(found) => partial::exchange(
+                pair,
+                &found,
+                false,
+                error,
+                shaft,
+                &self.occluders,
+                &self.rules,
+                buffers,
+            ),
         }
     }
 
@@ -260,7 +275,14 @@ impl<'a> Sights<'a> {
     }
 
     /// A_i F_ij of two faces.
-    fn pair(&self, a: &Face<f64>, b: &Face<f64>, row: &mut Row, shaft: &mut Shaft) -> f64 {
+    fn pair(
+        &self,
+        a: &Face<f64>,
+        b: &Face<f64>,
+        row: &mut Row,
+        shaft: &mut Shaft,
+        buffers: &mut Buffers,
+    ) -> f64 {
         if a.plane == b.plane {
             return 0.0;
         }
@@ -285,7 +307,16 @@ impl<'a> Sights<'a> {
             Between::Some(found) => {
                 row.partial += 1;
                 let error = self.error * smaller;
-                partial::exchange(pair, &found, fronts, error, shaft, &self.rules)
+                partial::exchange(
+                    pair,
+                    &found,
+                    fronts,
+                    error,
+                    shaft,
+                    &self.occluders,
+                    &self.rules,
+                    buffers,
+                )
             }
         };
         // A face whose edges move by the blur changes by this share.
