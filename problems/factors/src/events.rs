@@ -103,9 +103,9 @@ impl Line {
 pub(crate) fn places(view: &View, edge: &Edge) -> Vec<f64> {
     let mut places = Vec::from([0.0, 1.0]);
     let lines = lines(view, edge);
-    for (number, screen) in view.sheets.iter().enumerate().skip(1) {
+    for screen in edge.others.iter().filter_map(|&k| view.sheets.get(k)) {
         let [low, high] = [0.0, 1.0].map(|t| screen.rise(edge, t));
-        if (low > 0.0) != (high > 0.0) && !edge.touches(number) {
+        if (low > 0.0) != (high > 0.0) {
             places.push(low / (low - high));
         }
     }
@@ -145,6 +145,11 @@ fn lines(view: &View, edge: &Edge) -> Vec<Line> {
     let mut all: Vec<Line> = Vec::new();
     all.extend(ring(&view.outer).map(|ends| Line::new(ends, OUTER, edge)));
     for (number, sheet) in view.sheets.iter().enumerate() {
+        let is_far_off =
+            number != INNER && !edge.touches(number) && edge.others.binary_search(&number).is_err();
+        if is_far_off {
+            continue;
+        }
         if !edge.touches(number) {
             let far = view.far && number == INNER;
             let own = sheet.between();
@@ -333,7 +338,9 @@ fn is_seen(
             .map(|ends| -sign * dot(normal(ends), up))
             .fold(f64::INFINITY, |least: f64, d| least.min(d))
     };
-    view.sheets.iter().enumerate().all(|(number, sheet)| {
+    let others = core::iter::once(&INNER).chain(&edge.others);
+    let mut sheets = others.filter_map(|&number| Some((number, view.sheets.get(number)?)));
+    sheets.all(|(number, sheet)| {
         if among(number) || edge.touches(number) {
             return true;
         }

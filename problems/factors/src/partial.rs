@@ -17,8 +17,20 @@ use crate::silhouette::View;
 /// The share of the error that may be of what would be if nothing were between.
 const CLEAR: f64 = 1e-3;
 
-/// The most points by which a pair is looked at before contours are taken.
-const MOST: usize = 4000;
+/// What contours take in comparison with a point past one screen, measured: in proportion to the number of polygons between for places
+/// along their edges, and to its cube for what hides what past them.
+const ALONG: f64 = 40.0;
+const PAST: f64 = 1.0;
+
+/// The most points of a pair.
+const MOST: f64 = 400_000.0;
+
+/// The number of points past so many screens that take as long as contours past so many polygons.
+fn points_for(polygons: usize, screens: usize) -> usize {
+    let (n, m) = (polygons as f64, screens as f64);
+    let contours = n * (ALONG + PAST * n * n);
+    (contours / (1.0 + 0.5 * m)).min(MOST) as usize
+}
 
 /// A_1 F_12 of two polygons with these occluders between them, to `error`. The second may be at infinity.
 pub(crate) fn exchange(
@@ -43,7 +55,8 @@ pub(crate) fn exchange(
         rules,
         shaft.slack(),
     );
-    if let Some(amount) = points.exchange(error, MOST, shaft.slack(), buffers) {
+    let most = points_for(between.len(), points.screens());
+    if let Some(amount) = points.exchange(error, most, shaft.slack(), buffers) {
         return amount;
     }
     let between = between.iter().filter_map(|occluder| {

@@ -205,6 +205,11 @@ impl<'a> Points<'a> {
         }
     }
 
+    /// The number of polygons and bodies that may hide something.
+    pub(crate) const fn screens(&self) -> usize {
+        self.screens.len()
+    }
+
     /// A_1 F_12, to `error` in the unit of area, if that takes at most so many points; `None` if it would take more.
     pub(crate) fn exchange(
         &self,

@@ -129,6 +129,8 @@ pub(crate) struct Edge {
     pub(crate) from: Vector<f64>,
     pub(crate) span: Vector<f64>,
     pub(crate) touches: Vec<Touch>,
+    /// The numbers of the other sheets that may hide something past the edge, in ascending order.
+    pub(crate) others: Vec<usize>,
     /// Whether it is one of Q's.
     pub(crate) inner: bool,
     /// Whether it is at infinity: its points are directions.
@@ -274,7 +276,87 @@ impl View {
                 self.cut_edge(own, part.map(|t| along(ends[0], t, span)), &mut all);
             }
         }
+        all.retain_mut(|edge| self.look_past(edge));
         all
+    }
+
+    /// Finds what may hide something past an edge. Whether something of P is past it at all: past the edge between two faces of a
+    /// body only from where one of them is seen from the front.
+    fn look_past(&self, edge: &mut Edge) -> bool {
+        let y = edge.at(0.5);
+        let (mut inside, mut outside) = (Vec::new(), Vec::new());
+        let whole: Vec<Point> = self.outer.iter().map(|p| [p[0], p[1]]).collect();
+        let mut regions = Vec::from([(whole, [false; 2])]);
+        for touch in edge.touches.iter().filter(|touch| touch.sheet != INNER) {
+            let Some(sheet) = self.sheets.get(touch.sheet) else {
+                continue;
+            };
+            let [left, right] = [touch.side != Side::Right, touch.side != Side::Left];
+            let behind = !self.fronts;
+            let n = sheet.normal;
+            let mut next = Vec::new();
+            for (region, hidden) in regions.drain(..) {
+                let above = |p: Point| n[0] * (p[0] - y[0]) + n[1] * (p[1] - y[1]) - n[2] * y[2];
+                cut(&region, above, &mut inside, &mut outside);
+                let sides = [
+                    (&mut inside, [hidden[0] | left, hidden[1] | right]),
+                    (
+                        &mut outside,
+                        [hidden[0] | (behind & right), hidden[1] | (behind & left)],
+                    ),
+                ];
+                for (part, hidden) in sides {
+                    if part.len() >= 3 {
+                        next.push((core::mem::take(part), hidden));
+                    }
+                }
+            }
+            regions = next;
+        }
+        // Of Q's own edges that is needed which is hidden.
+        if !edge.inner {
+            let q = edge.touches.iter().find(|touch| touch.sheet == INNER);
+            let q = q.map_or(Side::Both, |touch| touch.side);
+            regions.retain(|(_, hidden)| {
+                (!hidden[0] && q != Side::Right) != (!hidden[1] && q != Side::Left)
+            });
+        }
+        let ends = [edge.at(0.0), edge.at(1.0)];
+        let points = || {
+            regions
+                .iter()
+                .flat_map(|(region, _)| region.iter().copied())
+        };
+        let misses = |screen: &Screen, sign: f64| {
+            // What is beside the plane through an edge of the screen and any y is beside it for y at both ends: linear in y.
+            ring(&screen.points).any(|[a, b]| {
+                ends.iter().all(|&y| {
+                    points().all(|p| {
+                        let x = [p[0], p[1], 0.0];
+                        let normal = if edge.far {
+                            cross(sub(b, a), y)
+                        } else {
+                            cross(sub(a, x), sub(b, a))
+                        };
+                        let from = if edge.far { sub(x, a) } else { sub(x, y) };
+                        sign * dot(normal, from) <= 0.0
+                    })
+                })
+            })
+        };
+        let is_low = |p: &Vector<f64>| p[2] <= self.slack;
+        let signs: &[f64] = if self.fronts { &[1.0] } else { &[1.0, -1.0] };
+        edge.others = (1..self.sheets.len())
+            .filter(|&number| {
+                let is_other = !edge.touches(number);
+                let lies = edge.far || ends.iter().any(is_low);
+                self.sheets.get(number).is_some_and(|screen| {
+                    let is_flat = lies && screen.points.iter().any(is_low);
+                    is_other && (is_flat || !signs.iter().all(|&sign| misses(screen, sign)))
+                })
+            })
+            .collect();
+        !regions.is_empty()
     }
 
     fn cut_edge(&self, own: usize, ends: [Vector<f64>; 2], all: &mut Vec<Edge>) {
@@ -315,6 +397,7 @@ impl View {
                     from: at(part[0]),
                     span: scale(span, part[1] - part[0]),
                     touches,
+                    others: Vec::new(),
                     inner: own == INNER,
                     far: false,
                 });
@@ -429,13 +512,16 @@ impl View {
         let Buffers { rest, halves, .. } = buffers;
         rest.begin(sector);
         let mut sum = 0.0;
-        for (number, screen) in self.sheets.iter().enumerate().skip(1) {
+        for &number in &edge.others {
+            let Some(screen) = self.sheets.get(number) else {
+                continue;
+            };
             let (height, slack) = if edge.far {
                 (dot(screen.normal, y), PARALLEL)
             } else {
                 (screen.height(y), self.slack)
             };
-            if height.abs() <= slack || edge.touches(number) {
+            if height.abs() <= slack {
                 continue;
             }
             let half = |ends| match edge.far {
@@ -493,6 +579,7 @@ fn arc([from, to]: [Vector<f64>; 2]) -> Option<Edge> {
         from,
         span: sub(to, from),
         touches: Vec::from([touch]),
+        others: Vec::new(),
         inner: true,
         far: true,
     })
