@@ -31,7 +31,7 @@ pub enum FactorsError {
         /// The length that was given.
         found: usize,
     },
-    /// An emissivity is NaN or outside (0, 1].
+    /// An emissivity is NaN or outside [0, 1], or adiabatic groups see each other alone.
     Emissivity {
         /// The number of the group.
         group: usize,
@@ -71,7 +71,7 @@ impl fmt::Display for FactorsError {
             }
             Self::Emissivity { group } => write!(
                 f,
-                "surface {group}: the emissivity must be above 0 and at most 1"
+                "surface {group}: the emissivity must be from 0 to 1, and one that it sees above 0"
             ),
             Self::Memory { bytes } => refused::memory(f, *bytes, ""),
         }

@@ -8,6 +8,9 @@ use fredholm_scene::Scene;
 use crate::sights::SkyRow;
 use crate::{Factors, FactorsError};
 
+/// A pivot that is 0 but for rounding.
+const SINGULAR: f64 = 1e-12;
+
 /// Exchange areas of groups, row by row.
 #[derive(Clone, Debug, PartialEq)]
 struct Table {
@@ -141,7 +144,8 @@ impl Groups {
     ///
     /// The net heat from I to J is A_I 𝓕_IJ σ(T_I⁴ − T_J⁴), all reflections included, where
     /// 𝓕 = ε (I − F diag(1 − ε))⁻¹ F ε (Hottel and Sarofim 1967; ε G of Gebhart 1961). Like A F,
-    /// A 𝓕 is symmetric, and in a closed scene a row's sum is the emissivity of its group.
+    /// A 𝓕 is symmetric, and in a closed scene a row's sum is the emissivity of its group. A group of emissivity 0 is adiabatic: it
+    /// takes part by what it reflects or radiates again, and has no exchange of its own.
     ///
     /// ```
     /// use fredholm_factors::scene_factors;
@@ -157,7 +161,7 @@ impl Groups {
     ///
     /// # Errors
     /// [`FactorsError::Length`] if there are not as many emissivities as groups,
-    /// [`FactorsError::Emissivity`] for one outside (0, 1].
+    /// [`FactorsError::Emissivity`] for one outside [0, 1], and if adiabatic groups see each other alone.
     pub fn script_f(&self, emissivities: &[f64]) -> Result<Vec<f64>, FactorsError> {
         let emissivity = |j: usize| emissivities.get(j).copied().unwrap_or(f64::NAN);
         let to = |i: usize, j: usize| self.factor(i, j) * emissivity(j);
@@ -222,11 +226,11 @@ impl Groups {
     ) -> Result<Vec<f64>, FactorsError> {
         let n = self.len();
         FactorsError::length(n, emissivities.len())?;
-        if let Some(group) = emissivities.iter().position(|&e| !(e > 0.0 && e <= 1.0)) {
+        if let Some(group) = emissivities.iter().position(|e| !(0.0..=1.0).contains(e)) {
             return Err(FactorsError::Emissivity { group });
         }
-        // [I − F (1 − ε) | the matrix]: row sums of the first half are at least the least emissivity, so no
-        // pivoting is needed.
+        // [I − F (1 − ε) | the matrix]: no element of the first half beside the diagonal is positive, and no row's sum is negative, so
+        // no pivoting is needed. A pivot is 0 if groups see each other alone, and none of them absorbs.
         let own = |i: usize| {
             let reflected = emissivities.iter().enumerate();
             reflected.map(move |(j, e)| f64::from(u8::from(i == j)) - self.factor(i, j) * (1.0 - e))
@@ -235,6 +239,9 @@ impl Groups {
         let mut rows: Vec<Vec<f64>> = (0..n).map(row).collect();
         for k in 0..n {
             let pivot = rows[k].clone();
+            if !(pivot[k] > SINGULAR) {
+                return Err(FactorsError::Emissivity { group: k });
+            }
             let per = 1.0 / pivot[k];
             for (i, row) in rows.iter_mut().enumerate() {
                 let factor = if i == k { 1.0 - per } else { row[k] * per };

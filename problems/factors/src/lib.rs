@@ -16,6 +16,7 @@ mod groups;
 mod occluders;
 mod partial;
 mod points;
+mod rays;
 mod rules;
 mod shaft;
 mod sights;
@@ -28,6 +29,7 @@ mod walls;
 
 pub use error::FactorsError;
 pub use groups::{Groups, SkyFactors};
+pub use rays::{RAYS_OF_BLOCK, RayCounts, RayFactor, RayFactors, Rays};
 pub use sights::{Row, Sights, SkyRow};
 pub use sky::{Patch, Sky};
 pub use sparse::SparseFactors;

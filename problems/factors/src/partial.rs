@@ -32,6 +32,13 @@ fn points_for(polygons: usize, screens: usize) -> usize {
     (contours / (1.0 + 0.5 * m)).min(MOST) as usize
 }
 
+/// What a pair takes, in points past one screen, with so many polygons between: by points if a few reach the error, else by contours.
+pub(crate) fn work(polygons: usize, clear: f64, error: f64) -> f64 {
+    let n = polygons as f64;
+    let points = 4.0 * (1.0 + clear / error) * (1.0 + 0.5 * n);
+    points.min(n * (ALONG + PAST * n * n))
+}
+
 /// A_1 F_12 of two polygons with these occluders between them, to `error`. The second may be at infinity.
 pub(crate) fn exchange(
     (a, b): (Sheet<'_>, Sheet<'_>),
@@ -56,7 +63,7 @@ pub(crate) fn exchange(
         shaft.slack(),
     );
     let most = points_for(between.len(), points.screens());
-    if let Some(amount) = points.exchange(error, most, shaft.slack(), buffers) {
+    if let Some(amount) = points.exchange(error, most, true, shaft.slack(), buffers) {
         return amount;
     }
     let between = between.iter().filter_map(|occluder| {
@@ -82,6 +89,13 @@ pub(crate) fn exchange(
     let mut amount = edges::difference(&mut view, error, rules);
     amount.error += clear + all.error;
     amount.value += all.value;
+    // Where contours do not reach it, points may come nearer.
+    if amount.error > 10.0 * error
+        && let Some(own) = points.exchange(error, MOST as usize / 10, false, shaft.slack(), buffers)
+        && own.error < amount.error
+    {
+        return own;
+    }
     // What may be nothing is nothing: most such pairs are hidden from each other by several polygons together.
     if !(amount.value > amount.error) {
         amount.value = 0.0;

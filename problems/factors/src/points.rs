@@ -210,11 +210,13 @@ impl<'a> Points<'a> {
         self.screens.len()
     }
 
-    /// A_1 F_12, to `error` in the unit of area, if that takes at most so many points; `None` if it would take more.
+    /// A_1 F_12, to `error` in the unit of area, or by about so many points, with what it may be off by. `None` if that is more than
+    /// the error and `is_given_up`.
     pub(crate) fn exchange(
         &self,
         error: f64,
         most: usize,
+        is_given_up: bool,
         slack: f64,
         buffers: &mut Buffers,
     ) -> Option<Amount> {
@@ -237,8 +239,11 @@ impl<'a> Points<'a> {
         }
         while off.total() > error {
             // The error is inversely proportional to the number of points, or worse.
-            if points as f64 * off.total() > most as f64 * error {
+            if is_given_up && points as f64 * off.total() > most as f64 * error {
                 return None;
+            }
+            if points >= most {
+                break;
             }
             let cell = heap.pop()?;
             off.add(&cell, -1.0);

@@ -95,12 +95,22 @@ impl<'a> Sights<'a> {
     /// The exchange of a face with those after it.
     #[must_use]
     pub fn row(&self, face: usize) -> Row {
+        self.row_from(face, face + 1)
+    }
+
+    /// The exchange of a face with all others: what a row takes that is wanted alone.
+    #[must_use]
+    pub fn whole_row(&self, face: usize) -> Row {
+        self.row_from(face, 0)
+    }
+
+    fn row_from(&self, face: usize, first: usize) -> Row {
         let mut row = Row::default();
         let Some(own) = self.faces.get(face) else {
             return row;
         };
         let (mut shaft, mut buffers) = (Shaft::default(), Buffers::default());
-        for (number, other) in self.faces.iter().enumerate().skip(face + 1) {
+        for (number, other) in self.faces.iter().enumerate().skip(first) {
             // Rounding must not make more of a face than all.
             let amount = self.pair(own, other, &mut row, &mut shaft, &mut buffers);
             let amount = amount.min(own.area).min(other.area);
@@ -109,6 +119,36 @@ impl<'a> Sights<'a> {
             }
         }
         row
+    }
+
+    /// What the exchange of a face with all others takes, in form factors from a point past one obstacle, of which a second has about a
+    /// million: a forecast, the same on every machine.
+    #[must_use]
+    pub fn work(&self, face: usize) -> f64 {
+        let Some(own) = self.faces.get(face) else {
+            return 0.0;
+        };
+        let fronts = self.scene.enclosure() == Enclosure::Closed;
+        let mut shaft = Shaft::default();
+        let mut sum = 0.0;
+        for other in self.faces.iter().filter(|other| other.plane != own.plane) {
+            let (mut a, mut b) = (Vec::new(), Vec::new());
+            let (Some(first), Some(second)) = (
+                in_front(own, other, self.slack, &mut a),
+                in_front(other, own, self.slack, &mut b),
+            ) else {
+                continue;
+            };
+            shaft.enclose(first, second, self.slack);
+            sum += 1.0;
+            if let Between::Some(found) = shaft.between(&self.occluders, (first, second), fronts) {
+                let apart = sub(own.corners[0], other.corners[0]);
+                // Below what a disc of this area at this distance would have.
+                let clear = (other.area / (other.area + dot(apart, apart))).min(1.0);
+                sum += partial::work(found.len(), clear, self.error);
+            }
+        }
+        sum
     }
 
     /// The exchange of a face with the patches of a sky. Those that nothing hides are exact but for rounding, others to

@@ -6,7 +6,7 @@ use core::f64::consts::FRAC_PI_2;
 
 use fredholm_core::Real;
 use fredholm_scene::{SceneError, SkyLight};
-use fredholm_surfaces::space::{Vector, cross, dot};
+use fredholm_surfaces::space::{Vector, cross, dot, ring};
 
 /// A patch of a sky: the azimuths and altitudes between which it lies, and its solid angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -142,6 +142,25 @@ impl Sky {
     #[must_use]
     pub fn patches(&self) -> &[Patch] {
         &self.patches
+    }
+
+    /// The number of the patch in which a direction is; that of all patches below the horizon.
+    pub(crate) fn patch_of(&self, direction: Vector<f64>) -> usize {
+        let depth = |piece: &Piece| {
+            let inward = |[a, b]: [Vector<f64>; 2]| -dot(cross(a, b), direction);
+            ring(&piece.corners)
+                .map(inward)
+                .fold(f64::INFINITY, |least: f64, d| least.min(d))
+        };
+        // On an edge, but for rounding, the nearest one.
+        let inside = self.pieces.iter().find(|piece| depth(piece) >= 0.0);
+        let nearest = || {
+            let all = self.pieces.iter();
+            all.max_by(|a, b| depth(a).total_cmp(&depth(b)))
+        };
+        inside
+            .or_else(nearest)
+            .map_or(self.patches.len(), |piece| piece.patch)
     }
 
     pub(crate) fn pieces(&self) -> &[Piece] {

@@ -295,6 +295,18 @@ impl<F: Real> Geometry<'_, F> {
             .or_else(|| self.further_inside(emitter, origin, direction))
     }
 
+    /// What a ray from a point of face `from` to its active side meets first, in an open scene perhaps from behind; `direction`
+    /// has length 1.
+    #[inline]
+    #[must_use]
+    pub fn meet(&self, from: u32, origin: [F; 3], direction: [F; 3]) -> Option<Hit<F>> {
+        if self.is_open() {
+            let emitter = self.face(from)?;
+            return self.nearest(Some(emitter), origin, direction, Backs::Block);
+        }
+        self.cast(from, origin, direction)
+    }
+
     /// Follows rays from points that are ever nearer to the middle of the face, and further above it: from above every
     /// face counts, as those in the emitter's plane may be a shallow bowl within rounding.
     #[cold]

@@ -289,10 +289,29 @@ fn what_is_no_error_and_no_group_is_refused() {
     );
     let groups = f.of_surfaces(&cube).unwrap();
     assert_eq!(groups.script_f(&[0.5]), Err(length(6, 1)));
-    for wrong in [0.0, 1.1, f64::NAN] {
+    for wrong in [-0.1, 1.1, f64::NAN] {
         let refused = groups.script_f(&[0.5, wrong, 0.5, 0.5, 0.5, 0.5]);
         assert_eq!(refused, Err(FactorsError::Emissivity { group: 1 }));
     }
+    let refused = groups.script_f(&[0.0; 6]);
+    assert!(matches!(refused, Err(FactorsError::Emissivity { .. })));
+}
+
+/// Two opposite walls of a cube exchange heat directly and by way of four adiabatic ones: with F to each other and 1 − F to those, half
+/// of which comes back to each, 𝓕 = (F + (1 − F)/2) = ½ (1 + F) between black ones (Hottel's reradiating walls).
+#[test]
+fn adiabatic_walls_radiate_again() {
+    let cube = closed(&shapes::room([0.0; 3], [1.0; 3]).surfaces);
+    let groups = scene_factors(&cube, 1e-9).unwrap();
+    let groups = groups.of_surfaces(&cube).unwrap();
+    let script = groups.script_f(&[1.0, 1.0, 0.0, 0.0, 0.0, 0.0]).unwrap();
+    assert!(
+        (script[1] - 0.5 * (1.0 + C_11)).abs() < 1e-14,
+        "{}",
+        script[1]
+    );
+    assert!((script[0] + script[1] - 1.0).abs() < 1e-14);
+    assert!(script[12..].iter().all(|f| *f == 0.0));
 }
 
 /// Blocks of a grid of uneven steps, some solid, others air: every face between the two is seen from the air.
