@@ -39,15 +39,25 @@ pub(crate) fn work(polygons: usize, clear: f64, error: f64) -> f64 {
     points.min(n * (ALONG + PAST * n * n))
 }
 
+/// The error that is allowed, in the unit of area, and what is known of the scene.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Wanted<'a> {
+    pub(crate) error: f64,
+    pub(crate) occluders: &'a Occluders,
+    pub(crate) rules: &'a Rules,
+}
+
 /// A_1 F_12 of two polygons with these occluders between them, to `error`. The second may be at infinity.
 pub(crate) fn exchange(
     (a, b): (Sheet<'_>, Sheet<'_>),
     between: &[&Occluder],
     fronts: bool,
-    error: f64,
+    Wanted {
+        error,
+        occluders,
+        rules,
+    }: Wanted<'_>,
     shaft: &Shaft,
-    occluders: &Occluders,
-    rules: &Rules,
     buffers: &mut Buffers,
 ) -> Amount {
     let size = |s: Sheet<'_>| radius(s.points, centroid(s.points));

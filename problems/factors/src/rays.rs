@@ -295,7 +295,7 @@ impl RayFactors {
                 .zip(&areas)
                 .all(|(own, area)| own.rays > 0 || *area == 0.0)
         {
-            close(&areas, &mut pairs, |group| density(group));
+            close(&areas, &mut pairs, density);
         }
         let mut all = Self {
             rows: alloc::vec![Vec::new(); areas.len()],

@@ -11,7 +11,7 @@ use crate::FactorsError;
 use crate::clear::{self, Amount, PARALLEL, Sheet};
 use crate::clip::{Rest, keep};
 use crate::occluders::Occluders;
-use crate::partial;
+use crate::partial::{self, Wanted};
 use crate::points::Buffers;
 use crate::rules::{Rules, area};
 use crate::shaft::{Between, Shaft};
@@ -199,6 +199,14 @@ impl<'a> Sights<'a> {
         Ok(row)
     }
 
+    const fn wanted(&self, error: f64) -> Wanted<'_> {
+        Wanted {
+            error,
+            occluders: &self.occluders,
+            rules: &self.rules,
+        }
+    }
+
     /// A face that may see a sky.
     fn under_sky(&self, face: usize) -> Result<&Face<f64>, FactorsError> {
         let own = self.faces.get(face);
@@ -229,16 +237,9 @@ impl<'a> Sights<'a> {
             Between::Some(found) if found.is_empty() => {
                 clear::exchange(pair.0, pair.1, 0.0, &self.rules)
             }
-            Between::Some(found) => partial::exchange(
-                pair,
-                &found,
-                false,
-                error,
-                shaft,
-                &self.occluders,
-                &self.rules,
-                buffers,
-            ),
+            Between::Some(found) => {
+                partial::exchange(pair, &found, false, self.wanted(error), shaft, buffers)
+            }
         }
     }
 
@@ -347,16 +348,7 @@ impl<'a> Sights<'a> {
             Between::Some(found) => {
                 row.partial += 1;
                 let error = self.error * smaller;
-                partial::exchange(
-                    pair,
-                    &found,
-                    fronts,
-                    error,
-                    shaft,
-                    &self.occluders,
-                    &self.rules,
-                    buffers,
-                )
+                partial::exchange(pair, &found, fronts, self.wanted(error), shaft, buffers)
             }
         };
         // A face whose edges move by the blur changes by this share.

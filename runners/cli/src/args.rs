@@ -385,14 +385,38 @@ pub(crate) struct ExportArgs {
     pub(crate) out: PathBuf,
 }
 
+/// How form factors of scenes are computed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum FactorMethod {
+    Exact,
+    Rays,
+    Auto,
+}
+
 /// Options of `factors`.
 #[derive(Debug, Args)]
 pub(crate) struct FactorsArgs {
     /// The problem file of a room or a scene (TOML), a View2D or View3D deck (.vs2, .vs3), or a mesh (.obj, .stl, .ply)
     pub(crate) file: PathBuf,
-    /// Scenes: the error that a form factor behind an obstacle may have [default: 1e-9]
+    /// Scenes: the error that a form factor behind an obstacle may have [default: 1e-9]; by rays the standard error [default: 1e-3]
     #[arg(long, value_name = "E")]
     pub(crate) error: Option<f64>,
+    /// Scenes: `exact`, `rays`, with a standard error of every factor, or `auto`: rays where exact factors would take more than a
+    /// minute and ten times as long [default: auto]
+    #[arg(long, value_name = "M", value_enum)]
+    pub(crate) method: Option<FactorMethod>,
+    /// Scenes: end after so many seconds, with the rows that are finished, or with the rays that there are
+    #[arg(long, value_name = "S")]
+    pub(crate) time_limit: Option<f64>,
+    /// Scenes: the rows of these surfaces alone; with --faces of all their polygons
+    #[arg(long, value_name = "NAME", num_args = 1..)]
+    pub(crate) rows: Vec<String>,
+    /// Scenes: the seed of rays [default: 1]
+    #[arg(long, value_name = "N")]
+    pub(crate) seed: Option<u64>,
+    /// Scenes: leave out factors below this one, and scale the others of the row by the same share
+    #[arg(long, value_name = "F")]
+    pub(crate) drop: Option<f64>,
     /// Scenes: light may leave, whatever the file says
     #[arg(long)]
     pub(crate) open: bool,
@@ -427,6 +451,11 @@ impl FactorsArgs {
         Self {
             file: file.to_owned(),
             error: None,
+            method: None,
+            time_limit: None,
+            rows: Vec::new(),
+            seed: None,
+            drop: None,
             open: false,
             faces: false,
             grey: false,

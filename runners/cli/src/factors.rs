@@ -16,6 +16,7 @@ use fredholm_file::npz::Archive;
 use crate::failure::{Ended, Failure, print, say};
 use crate::file::{ProblemFile, kinds::Room};
 use crate::numbers::aligned;
+use crate::progress::Signals;
 use crate::sparse::Rows;
 use crate::{scene, solve, table};
 use fredholm_file::parts::output::Output;
@@ -30,8 +31,14 @@ const PAIR: usize = 48;
 #[derive(Debug, Serialize)]
 pub(crate) struct Factors {
     pub(crate) surfaces: Vec<String>,
+    /// The surfaces of the rows, if these are not all.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) rows: Option<Vec<String>>,
     /// Row I: of the energy that leaves surface I, the share that arrives at each.
     pub(crate) factors: Rows,
+    /// The standard errors of form factors by rays.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) std_errors: Option<Rows>,
     /// The unit of what is in the place of form factors.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) unit: Option<&'static str>,
@@ -65,6 +72,9 @@ pub(crate) struct SkyTable {
     pub(crate) factors: Vec<Vec<f64>>,
     /// The share that goes below the horizon.
     pub(crate) below: Vec<f64>,
+    /// The standard errors by rays of each patch and, last, of what goes below the horizon.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) std_errors: Option<Vec<Vec<f64>>>,
 }
 
 /// A patch of a sky; angles in degrees.
@@ -77,9 +87,15 @@ pub(crate) struct SkyPatch {
 }
 
 /// Runs `factors`.
-pub(crate) fn factors(args: &FactorsArgs) -> Result<Ended, Failure> {
+pub(crate) fn factors(args: &FactorsArgs, signals: &Signals) -> Result<Ended, Failure> {
     let output = args.out.as_deref().map(Format::open).transpose()?;
-    let factors = found(args)?;
+    let (factors, ended) = match scene::read(&args.file)? {
+        Some(file) => {
+            let Computed { factors, ended } = scene::factors(args, file, Some(signals))?;
+            (factors, ended)
+        }
+        None => (of_room(args)?, Ended::Done),
+    };
     let written = output.map_or(Ok(()), |(format, output)| {
         Ok(match format {
             Format::Json => output.finish(table::json(&factors)?),
@@ -94,13 +110,19 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Ended, Failure> {
         factors.text()
     })?;
     factors.remarks(args);
-    written.map(|()| Ended::Done)
+    written.map(|()| ended)
+}
+
+/// Form factors, and whether all that was asked for was done.
+pub(crate) struct Computed {
+    pub(crate) factors: Factors,
+    pub(crate) ended: Ended,
 }
 
 /// The form factors that are asked for.
 pub(crate) fn found(args: &FactorsArgs) -> Result<Factors, Failure> {
     match scene::read(&args.file)? {
-        Some(file) => scene::factors(args, file),
+        Some(file) => Ok(scene::factors(args, file, None)?.factors),
         None => of_room(args),
     }
 }
@@ -140,6 +162,11 @@ fn of_room(args: &FactorsArgs) -> Result<Factors, Failure> {
         ("--grey", args.grey),
         ("--close", args.close),
         ("--threads", args.threads.is_some()),
+        ("--method", args.method.is_some()),
+        ("--time-limit", args.time_limit.is_some()),
+        ("--rows", !args.rows.is_empty()),
+        ("--seed", args.seed.is_some()),
+        ("--drop", args.drop.is_some()),
     ];
     if let Some((flag, _)) = flags.iter().find(|(_, given)| *given) {
         let message = format_args!(
@@ -238,9 +265,16 @@ impl Factors {
         Self {
             factors: Rows::Dense(rows.map(<[f64]>::to_vec).collect()),
             surfaces,
+            rows: None,
+            std_errors: None,
             unit: None,
             space: None,
         }
+    }
+
+    /// The names of the surfaces of the rows.
+    fn row_names(&self) -> &[String] {
+        self.rows.as_deref().unwrap_or(&self.surfaces)
     }
 
     fn sky(&self) -> Option<&SkyTable> {
@@ -272,20 +306,40 @@ impl Factors {
         } else {
             "factor"
         };
-        writer.write_record(["from", "to", what])?;
-        for (i, from) in self.surfaces.iter().enumerate() {
+        match self.std_errors {
+            Some(_) => writer.write_record(["from", "to", what, "std_error"])?,
+            None => writer.write_record(["from", "to", what])?,
+        }
+        for (i, from) in self.row_names().iter().enumerate() {
+            let errors = self
+                .std_errors
+                .as_ref()
+                .map(|errors| errors.row(i).collect::<Vec<_>>());
             for (j, factor) in self.factors.row(i) {
                 let to = self.surfaces.get(j).map_or("", String::as_str);
-                writer.write_record([from, to, &format!("{factor:?}")])?;
+                let mut record = vec![from.clone(), to.to_owned(), format!("{factor:?}")];
+                if let Some(errors) = &errors {
+                    let found = errors.binary_search_by_key(&j, |own| own.0);
+                    record.push(
+                        found.map_or_else(|_| String::new(), |at| format!("{:?}", errors[at].1)),
+                    );
+                }
+                writer.write_record(record)?;
             }
         }
         if let Some(sky) = self.sky() {
             let rows = sky.factors.iter().zip(&sky.below);
-            for (from, (row, below)) in self.surfaces.iter().zip(rows) {
+            for (i, (from, (row, below))) in self.row_names().iter().zip(rows).enumerate() {
                 let to = sky.patches.iter().map(|patch| patch.name.as_str());
-                let all = to.zip(row).chain([("below", below)]);
-                for (to, factor) in all.filter(|(_, factor)| **factor != 0.0) {
-                    writer.write_record([from, to, &format!("{factor:?}")])?;
+                let all = to.zip(row).chain([("below", below)]).enumerate();
+                for (k, (to, factor)) in all.filter(|(_, (_, factor))| **factor != 0.0) {
+                    let mut record = vec![from.clone(), to.to_owned(), format!("{factor:?}")];
+                    let error = sky
+                        .std_errors
+                        .as_ref()
+                        .and_then(|errors| errors.get(i)?.get(k));
+                    record.extend(error.map(|error| format!("{error:?}")));
+                    writer.write_record(record)?;
                 }
             }
         }
@@ -295,10 +349,24 @@ impl Factors {
     /// Arrays for NumPy.
     fn npz(&self) -> Result<Vec<u8>, Failure> {
         let n = self.surfaces.len();
+        let count = self.factors.len();
         let mut archive = Archive::default();
+        if let Some(rows) = &self.rows {
+            archive.texts("rows", rows)?;
+        }
+        if let Some(errors) = &self.std_errors {
+            let all: Vec<f64> = (0..count).flat_map(|i| errors.whole_row(i)).collect();
+            archive.numbers("std_errors", &[count, n], all.iter())?;
+        }
         match &self.factors {
             Rows::Dense(rows) => {
                 archive.numbers("factors", &[n, n], rows.iter().flatten())?;
+            }
+            Rows::Listed(rows, _) => {
+                let all: Vec<f64> = (0..rows.len())
+                    .flat_map(|i| self.factors.whole_row(i))
+                    .collect();
+                archive.numbers("factors", &[count, n], all.iter())?;
             }
             // As `scipy.sparse.load_npz` reads it.
             Rows::Sparse(sparse) => {
@@ -316,8 +384,8 @@ impl Factors {
         }
         if let Some(sky) = self.sky() {
             let m = sky.patches.len();
-            archive.numbers("sky", &[n, m], sky.factors.iter().flatten())?;
-            archive.numbers("below", &[n], sky.below.iter())?;
+            archive.numbers("sky", &[count, m], sky.factors.iter().flatten())?;
+            archive.numbers("below", &[count], sky.below.iter())?;
             let bounds = |p: &SkyPatch| {
                 let ([a, b], [c, d]) = (p.altitudes, p.azimuths);
                 [a, b, c, d, p.solid_angle]
@@ -360,13 +428,20 @@ impl Factors {
             let off = sums.map(|sum| (sum - 1.0).abs()).fold(0.0, f64::max);
             say(format_args!("row sums: at most {off:.1e} from 1"));
         }
+        if self.std_errors.is_some() {
+            say(format_args!(
+                "{} polygons, {} pairs see each other, by rays; standard errors are at most {:.1e}, {:.2} s",
+                space.polygons, space.pairs, space.estimated_error, space.seconds
+            ));
+            return;
+        }
         say(format_args!(
             "{} polygons, {} pairs see each other, estimated error {:.1e}, {:.2} s; A_I F_IJ = A_J F_JI: one number is \
              kept for both",
             space.polygons, space.pairs, space.estimated_error, space.seconds
         ));
         let asked = args.error.unwrap_or(scene::ERROR);
-        if space.estimated_error > asked {
+        if self.std_errors.is_none() && space.estimated_error > asked {
             say(format_args!(
                 "warning: {asked:e} was asked for: some polygons are too small beside what hides them"
             ));
@@ -380,8 +455,16 @@ impl Factors {
             "sum".to_owned(),
             "area".to_owned(),
         ]];
-        for (k, name) in self.surfaces.iter().enumerate() {
-            let area = self.space.as_ref().and_then(|space| space.areas.get(k));
+        for (k, name) in self.row_names().iter().enumerate() {
+            let surface = match &self.rows {
+                Some(_) => self.surfaces.iter().position(|own| own == name),
+                None => Some(k),
+            };
+            let area = self
+                .space
+                .as_ref()
+                .zip(surface)
+                .and_then(|(space, at)| space.areas.get(at));
             let area = area.map_or_else(String::new, |area| format!("{area:.6}"));
             rows.push(vec![name.clone(), format!("{:.12}", self.sum(k)), area]);
         }
@@ -404,16 +487,18 @@ impl Factors {
         }
         header.push("sum".to_owned());
         let mut rows = vec![header];
-        for (k, name) in self.surfaces.iter().enumerate() {
+        for (k, name) in self.row_names().iter().enumerate() {
             let row = self.factors.whole_row(k);
             let outside = self.outside(k);
-            let all = || row.iter().chain(outside.iter().flatten());
+            let all = row.iter().chain(outside.iter().flatten());
+            let errors = self.std_errors.as_ref().map(|errors| errors.whole_row(k));
             let mut cells = vec![name.clone()];
-            cells.extend(all().map(|f| {
-                if *f == 0.0 {
-                    "0".to_owned()
-                } else {
-                    format!("{f:.6}")
+            cells.extend(all.enumerate().map(|(column, f)| {
+                let error = errors.as_ref().and_then(|errors| errors.get(column));
+                match error {
+                    _ if *f == 0.0 => "0".to_owned(),
+                    Some(error) => format!("{f:.6} ± {error:.1e}"),
+                    None => format!("{f:.6}"),
                 }
             }));
             cells.push(format!("{:.6}", self.sum(k)));

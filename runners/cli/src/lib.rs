@@ -17,6 +17,7 @@ mod merge;
 mod paper;
 mod progress;
 mod rates;
+mod ray_factors;
 mod render;
 mod results;
 mod scene;
@@ -94,7 +95,7 @@ fn run(command: &Command, process: Option<Process<'_>>) -> Result<Ended, Failure
         )),
         Command::Paper(args) => paper::paper(args, signals),
         Command::Merge(args) => merge::merge(args),
-        Command::Factors(args) => factors::factors(args),
+        Command::Factors(args) => factors::factors(args, signals),
         Command::Rates(args) => rates::rates(args, signals),
         Command::Certify(args) => certify::certify(args, signals),
         Command::Fit(args) => fit::fit(args, signals),

@@ -44,6 +44,11 @@ impl Signals {
         Ok(signals)
     }
 
+    /// From now on there is something to print, which a first Ctrl-C waits for.
+    pub(crate) fn expect_results(&self) {
+        self.walking.store(true, Ordering::Relaxed);
+    }
+
     /// Whether Ctrl-C was pressed.
     pub(crate) fn interrupted(&self) -> bool {
         self.interrupted.load(Ordering::Relaxed)

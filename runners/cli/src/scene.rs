@@ -1,25 +1,28 @@
 //! Scenes in space: their form factors, and what `check` says of them.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use fredholm_factors::{
     Factors as AllFactors, Groups, Row, Sights, Sky, SkyFactors, SkyRow, SparseFactors,
 };
-use fredholm_file::scene::{SceneFile, SceneSurface, is_description, is_mesh, parse_description};
+use fredholm_file::scene::{
+    SceneFile, SceneSurface, is_description, is_mesh, nearest, parse_description,
+};
 use fredholm_plot::SpaceDrawing;
 use fredholm_scene::{Place, Scene};
 use rayon::prelude::*;
 
-use crate::args::FactorsArgs;
-use crate::factors::{Factors, SkyPatch, SkyTable, Space};
+use crate::args::{FactorMethod, FactorsArgs};
+use crate::factors::{Computed, Factors, SkyPatch, SkyTable, Space};
 use crate::failure::{Ended, Failure, print, say};
 use crate::file;
 use crate::numbers::aligned;
-use crate::progress::bar;
+use crate::progress::{Signals, bar};
 use crate::sparse::Rows;
-use crate::table;
 use crate::threads::with_threads;
+use crate::{ray_factors, solve, table};
 use fredholm_file::parts::output::Output;
 
 /// The error of form factors behind obstacles if nothing else is asked for.
@@ -49,12 +52,31 @@ pub(crate) fn read(path: &Path) -> Result<Option<SceneFile>, Failure> {
 }
 
 /// The form factors of a scene.
-pub(crate) fn factors(args: &FactorsArgs, mut file: SceneFile) -> Result<Factors, Failure> {
+pub(crate) fn factors(
+    args: &FactorsArgs,
+    mut file: SceneFile,
+    signals: Option<&Signals>,
+) -> Result<Computed, Failure> {
     let is_text = |path: &PathBuf| path.extension().is_some_and(|e| e == "txt");
-    if file.sky.is_some() && args.out.as_ref().is_some_and(is_text) {
+    let writes_text = args.out.as_ref().is_some_and(is_text);
+    if file.sky.is_some() && writes_text {
         return Err(Failure::input(
             "`--out`: View3D's text format has no sky: write .json, .csv or .npz",
         ));
+    }
+    if !args.rows.is_empty() && writes_text {
+        return Err(Failure::input(
+            "`--out`: View3D's text format has all rows: write .json, .csv or .npz, or leave out `--rows`",
+        ));
+    }
+    if !args.rows.is_empty() && (args.grey || args.close) {
+        return Err(Failure::input(
+            "`--rows`: `--grey` and `--close` need all rows",
+        ));
+    }
+    let least = args.drop.unwrap_or(0.0);
+    if !(0.0..1.0).contains(&least) {
+        return Err(Failure::input("`--drop` needs a form factor from 0 to 1"));
     }
     file.open |= args.open;
     if args.watts {
@@ -62,29 +84,235 @@ pub(crate) fn factors(args: &FactorsArgs, mut file: SceneFile) -> Result<Factors
             "`--watts` is for rooms in the plane: of a scene `--grey` gives script F, and A_I F_IJ σ(T_I⁴ − T_J⁴) W go from I to J",
         ));
     }
+    let deadline = match args.time_limit {
+        Some(seconds) => Some(Instant::now() + solve::time_limit(seconds)?),
+        None => None,
+    };
     let scene = file.scene::<f64>()?;
     tell(&file, &scene);
-    let start = Instant::now();
-    let sights = Sights::new(&scene, args.error.unwrap_or(ERROR)).map_err(Failure::input)?;
-    refuse_beyond_memory(args, &file, &scene)?;
     let sky = match &file.sky {
         Some(bands) => Some(Sky::bands(&bands.altitudes, &bands.sectors).map_err(Failure::run)?),
         None => None,
     };
-    let all_rows = |face: usize| {
-        (
-            sights.row(face),
-            sky.as_ref().map(|sky| sights.sky(face, sky)),
-        )
+    let parts = Parts::new(args, &file, &scene)?;
+    let watch = Watch { signals, deadline };
+    let start = Instant::now();
+    let (mut factors, is_finished) = if parts.takes_rays(args, &scene)? {
+        ray_factors::by_rays(args, &parts, &scene, sky.as_ref(), &watch)?
+    } else {
+        refuse_beyond_memory(args, &file, &scene)?;
+        exact(args, &parts, &scene, sky.as_ref(), &watch)?
     };
-    let (rows, of_sky): (Vec<Row>, Vec<_>) =
-        with_threads(args.threads, || rows(scene.faces().len(), &all_rows))?
-            .into_iter()
-            .unzip();
-    let of_sky: Option<Result<Vec<SkyRow>, _>> = of_sky.into_iter().collect();
-    let of_sky = of_sky.transpose().map_err(Failure::run)?;
-    let mut all = AllFactors::new(&scene, rows).map_err(Failure::run)?;
-    if args.close {
+    if least > 0.0 {
+        factors.factors = factors.factors.chosen(0..factors.factors.len(), least);
+    }
+    if let Some(space) = &mut factors.space {
+        space.seconds = start.elapsed().as_secs_f64();
+    }
+    let is_interrupted = signals.is_some_and(Signals::interrupted);
+    let ended = match is_finished {
+        true => Ended::Done,
+        false if is_interrupted => Ended::Interrupted,
+        false => Ended::ErrorNotReached,
+    };
+    Ok(Computed { factors, ended })
+}
+
+/// What ends the work early.
+pub(crate) struct Watch<'a> {
+    signals: Option<&'a Signals>,
+    pub(crate) deadline: Option<Instant>,
+}
+
+impl Watch<'_> {
+    pub(crate) fn is_over(&self) -> bool {
+        self.signals.is_some_and(Signals::interrupted)
+            || self.deadline.is_some_and(|end| Instant::now() >= end)
+    }
+
+    /// From now on a first Ctrl-C waits for what is printed.
+    pub(crate) fn begin(&self) {
+        if let Some(signals) = self.signals {
+            signals.expect_results();
+        }
+    }
+}
+
+/// The groups between which form factors are wanted: surfaces or polygons.
+pub(crate) struct Parts {
+    pub(crate) names: Vec<String>,
+    pub(crate) emissivities: Vec<f64>,
+    /// The group of each face.
+    pub(crate) group_of: Vec<usize>,
+    /// The rows that are wanted, if these are not all.
+    pub(crate) rows: Option<Vec<usize>>,
+    pub(crate) open: bool,
+}
+
+impl Parts {
+    fn new(args: &FactorsArgs, file: &SceneFile, scene: &Scene) -> Result<Self, Failure> {
+        let names: Vec<String> = file.surfaces.iter().map(|s| s.name.clone()).collect();
+        let own: Vec<f64> = file
+            .surfaces
+            .iter()
+            // Of a surface from which the net flux is given it may be known.
+            .map(|s| s.emissivity.unwrap_or(1.0 - s.material.reflectance))
+            .collect();
+        let mut wanted = Vec::new();
+        for name in &args.rows {
+            let Some(at) = names.iter().position(|own| own == name) else {
+                let near = nearest(name, &names);
+                let near = near.map_or(String::new(), |near| format!("; did you mean {near:?}?"));
+                return Err(Failure::input(format_args!(
+                    "`--rows`: there is no surface named {name:?}{near}"
+                )));
+            };
+            wanted.push(at);
+        }
+        let places: Vec<Place> = (0..scene.faces().len())
+            .filter_map(|f| scene.place(f))
+            .collect();
+        let surfaces = places.iter().map(|place| place.surface);
+        let (group_of, rows, names, emissivities) = if args.faces {
+            // A polygon that was cut has several parts.
+            let mut parts: HashMap<(usize, usize), usize> = HashMap::new();
+            let name = |p: &Place| {
+                let part = parts.entry((p.surface, p.polygon)).or_default();
+                *part += 1;
+                match part {
+                    1 => format!("{} {}", names[p.surface], p.polygon),
+                    _ => format!("{} {}, part {part}", names[p.surface], p.polygon),
+                }
+            };
+            let all: Vec<String> = places.iter().map(name).collect();
+            let emissivities = places.iter().map(|p| own[p.surface]).collect();
+            let rows = (0..places.len()).filter(|&f| wanted.contains(&places[f].surface));
+            (
+                (0..places.len()).collect(),
+                rows.collect(),
+                all,
+                emissivities,
+            )
+        } else {
+            (surfaces.collect(), wanted, names, own)
+        };
+        Ok(Self {
+            names,
+            emissivities,
+            group_of,
+            rows: (!args.rows.is_empty()).then_some(rows),
+            open: file.open,
+        })
+    }
+
+    /// The number of rows.
+    pub(crate) fn count(&self) -> usize {
+        self.rows.as_ref().map_or(self.names.len(), Vec::len)
+    }
+
+    pub(crate) fn row_names(&self, rows: &[usize]) -> Vec<String> {
+        rows.iter().map(|&row| self.names[row].clone()).collect()
+    }
+
+    /// Whether rays are asked for, or take much less time than exact factors: a forecast from some rows, the same on every machine.
+    fn takes_rays(&self, args: &FactorsArgs, scene: &Scene) -> Result<bool, Failure> {
+        let refused = [("--grey", args.grey), ("--close", args.close)];
+        let refused = refused.iter().find(|(_, given)| *given);
+        match args.method.unwrap_or(FactorMethod::Auto) {
+            FactorMethod::Exact => return Ok(false),
+            FactorMethod::Rays => {
+                return match refused {
+                    Some((flag, _)) => Err(Failure::input(format_args!(
+                        "`{flag}` takes exact factors: leave out `--method rays`"
+                    ))),
+                    None => Ok(true),
+                };
+            }
+            FactorMethod::Auto if refused.is_some() => return Ok(false),
+            FactorMethod::Auto => {}
+        }
+        let error = args.error.unwrap_or(ERROR);
+        let sights = Sights::new(scene, error).map_err(Failure::input)?;
+        let faces = scene.faces().len();
+        let is_wanted = |face: &usize| {
+            let group = self.group_of.get(*face);
+            self.rows
+                .as_ref()
+                .zip(group)
+                .is_none_or(|(rows, group)| rows.contains(group))
+        };
+        let wanted: Vec<usize> = (0..faces).filter(is_wanted).collect();
+        let step = wanted.len().div_ceil(SAMPLE).max(1);
+        let sample: Vec<f64> = wanted
+            .iter()
+            .step_by(step)
+            .map(|&face| sights.work(face))
+            .collect();
+        let mean = sample.iter().sum::<f64>() / sample.len().max(1) as f64;
+        // Of all rows each pair is looked at once.
+        let share = if self.rows.is_some() { 1.0 } else { 0.5 };
+        let exact = share * mean * wanted.len() as f64 * POINT;
+        let rays = ray_factors::rays_for(error) * self.count() as f64 * RAY;
+        Ok(exact > 60.0 && exact > 10.0 * rays)
+    }
+}
+
+/// The rows of which the time of all is forecast.
+const SAMPLE: usize = 32;
+
+/// Seconds of a point past one obstacle, and of a ray, on one thread.
+const POINT: f64 = 1e-6;
+const RAY: f64 = 1e-6;
+
+/// Exact form factors, and whether all rows are finished.
+fn exact(
+    args: &FactorsArgs,
+    parts: &Parts,
+    scene: &Scene,
+    sky: Option<&Sky>,
+    watch: &Watch<'_>,
+) -> Result<(Factors, bool), Failure> {
+    let sights = Sights::new(scene, args.error.unwrap_or(ERROR)).map_err(Failure::input)?;
+    let count = scene.faces().len();
+    let is_wanted = |face: usize| {
+        let group = parts.group_of.get(face);
+        parts
+            .rows
+            .as_ref()
+            .zip(group)
+            .is_none_or(|(rows, group)| rows.contains(group))
+    };
+    let all_rows = |face: usize| {
+        if watch.is_over() {
+            return None;
+        }
+        if !is_wanted(face) {
+            return Some((Row::default(), None));
+        }
+        let row = match parts.rows {
+            // What another wanted row has is not done again.
+            Some(_) => {
+                let mut row = sights.whole_row(face);
+                row.entries
+                    .retain(|&(other, _)| other as usize > face || !is_wanted(other as usize));
+                row
+            }
+            None => sights.row(face),
+        };
+        Some((row, sky.map(|sky| sights.sky(face, sky))))
+    };
+    watch.begin();
+    let found = with_threads(args.threads, || rows(count, &all_rows))?;
+    let finished = found.iter().position(Option::is_none).unwrap_or(count);
+    let is_finished = finished == count;
+    let (all, of_sky): (Vec<Row>, Vec<_>) =
+        found.into_iter().map(|own| own.unwrap_or_default()).unzip();
+    let of_sky: Result<Vec<Option<SkyRow>>, _> =
+        of_sky.into_iter().map(Option::transpose).collect();
+    let of_sky = of_sky.map_err(Failure::run)?;
+    // Entries of a row that is wanted alone may be before its own face.
+    let mut all = AllFactors::new(scene, ascending(all)).map_err(Failure::run)?;
+    if args.close && is_finished {
         let off = all
             .close()
             .map_err(|error| Failure::input(format_args!("`--close`: {error}")))?;
@@ -92,61 +320,109 @@ pub(crate) fn factors(args: &FactorsArgs, mut file: SceneFile) -> Result<Factors
             "rows closed: they were off by at most {off:.1e}"
         ));
     }
-    let seconds = start.elapsed().as_secs_f64();
-    let names: Vec<String> = file.surfaces.iter().map(|s| s.name.clone()).collect();
-    let own: Vec<f64> = file
-        .surfaces
-        .iter()
-        // Of a surface from which the net flux is given it may be known.
-        .map(|s| s.emissivity.unwrap_or(1.0 - s.material.reflectance))
-        .collect();
-    let places: Vec<Place> = (0..scene.faces().len())
-        .filter_map(|f| scene.place(f))
-        .collect();
-    let (group_of, names, emissivities): (Vec<usize>, Vec<String>, Vec<f64>) = if args.faces {
-        let name = |p: &Place| format!("{} {}", names[p.surface], p.polygon);
-        let emissivities = places.iter().map(|p| own[p.surface]).collect();
-        let each = (0..places.len()).collect();
-        (each, places.iter().map(name).collect(), emissivities)
-    } else {
-        (places.iter().map(|p| p.surface).collect(), names, own)
-    };
     let (areas, pairs, error) = (all.areas().to_vec(), all.pairs(), all.error());
-    let grey = args.grey.then_some(emissivities.as_slice());
+    let grey = (args.grey && is_finished).then_some(parts.emissivities.as_slice());
+    if args.grey && !is_finished {
+        return Err(Failure::run(
+            "`--grey` needs all rows, and not all are finished",
+        ));
+    }
     let groups = if args.faces {
         None
     } else {
-        let groups = all.of_groups(&group_of, names.len());
+        let groups = all.of_groups(&parts.group_of, parts.names.len());
         Some(groups.map_err(Failure::run)?)
     };
-    let sky_table = match (&sky, &of_sky) {
-        (Some(sky), Some(rows)) => {
-            let f = SkyFactors::of_groups(&areas, rows, &group_of, names.len());
+    let sky_error = of_sky
+        .iter()
+        .flatten()
+        .map(|row| row.error)
+        .fold(error, f64::max);
+    let width = sky.map_or(0, |sky| sky.patches().len() + 1);
+    let sky_table = match sky {
+        Some(sky) => {
+            let none = SkyRow {
+                exchange: vec![0.0; width],
+                error: 0.0,
+            };
+            let rows: Vec<SkyRow> = of_sky
+                .into_iter()
+                .map(|row| row.unwrap_or_else(|| none.clone()))
+                .collect();
+            let f = SkyFactors::of_groups(&areas, &rows, &parts.group_of, parts.names.len());
             let groups = groups.as_ref().zip(grey);
             Some(sky_table(sky, &f.map_err(Failure::run)?, groups)?)
         }
-        _ => None,
+        None => None,
     };
-    let sky_error = of_sky.iter().flatten().map(|row| row.error);
     let (factors, areas) = match &groups {
         Some(groups) => (Rows::Dense(rows_of(groups, grey)?), groups.areas().to_vec()),
         None => (Rows::Sparse(SparseFactors::new(&all)), areas),
     };
-    Ok(Factors {
+    // Of rows that were not finished the pairs with others are not known.
+    let mut is_known = vec![true; parts.names.len()];
+    for &group in parts.group_of.get(finished..).unwrap_or(&[]) {
+        is_known[group] = false;
+    }
+    let wanted = || match &parts.rows {
+        Some(rows) => rows.clone(),
+        None => (0..parts.names.len()).collect(),
+    };
+    let chosen: Option<Vec<usize>> = match (is_finished, &parts.rows) {
+        (true, None) => None,
+        _ => Some(wanted().into_iter().filter(|&row| is_known[row]).collect()),
+    };
+    if !is_finished {
+        say(format_args!(
+            "warning: {} of {} rows were finished, and are printed",
+            chosen.as_ref().map_or(0, Vec::len),
+            parts.count()
+        ));
+    }
+    let mut result = Factors {
         factors,
-        surfaces: names,
+        surfaces: parts.names.clone(),
+        rows: None,
+        std_errors: None,
         unit: None,
         space: Some(Space {
             sky: sky_table,
             areas,
-            emissivities,
-            open: file.open,
-            polygons: scene.faces().len(),
+            emissivities: parts.emissivities.clone(),
+            open: parts.open,
+            polygons: count,
             pairs,
-            estimated_error: sky_error.fold(error, f64::max),
-            seconds,
+            estimated_error: sky_error,
+            seconds: 0.0,
         }),
-    })
+    };
+    if let Some(rows) = chosen {
+        result.factors = result.factors.chosen(rows.iter().copied(), 0.0);
+        if let Some(sky) = result.space.as_mut().and_then(|space| space.sky.as_mut()) {
+            sky.factors = rows.iter().map(|&row| sky.factors[row].clone()).collect();
+            sky.below = rows.iter().map(|&row| sky.below[row]).collect();
+        }
+        result.rows = Some(parts.row_names(&rows));
+    }
+    Ok((result, is_finished))
+}
+
+/// Rows whose entries are after their own face: what stands before it goes to the row of the other.
+fn ascending(mut rows: Vec<Row>) -> Vec<Row> {
+    for face in 0..rows.len() {
+        let own = core::mem::take(&mut rows[face].entries);
+        for (other, amount) in own {
+            let (first, second) = (face.min(other as usize), face.max(other as usize));
+            if let Some(row) = rows.get_mut(first) {
+                row.entries.push((second as u32, amount));
+            }
+        }
+    }
+    for row in &mut rows {
+        row.entries.sort_unstable_by_key(|entry| entry.0);
+        row.entries.dedup_by_key(|entry| entry.0);
+    }
+    rows
 }
 
 /// Says what was left out, and how precise the coordinates are.
@@ -187,6 +463,16 @@ fn sky_table(
             .collect(),
     };
     let rows = all.chunks_exact(width);
+    Ok(SkyTable {
+        patches: patches_of(sky),
+        factors: rows.clone().map(|row| row[..width - 1].to_vec()).collect(),
+        below: rows.map(|row| row[width - 1]).collect(),
+        std_errors: None,
+    })
+}
+
+/// The patches of a sky, with their names.
+pub(crate) fn patches_of(sky: &Sky) -> Vec<SkyPatch> {
     let mut names = Vec::new();
     let (mut band, mut sector, mut low) = (0, 0, f64::NAN);
     for patch in sky.patches() {
@@ -197,18 +483,14 @@ fn sky_table(
         names.push(format!("sky {band}.{sector}"));
     }
     let patches = names.into_iter().zip(sky.patches());
-    Ok(SkyTable {
-        patches: patches
-            .map(|(name, own)| SkyPatch {
-                name,
-                altitudes: own.altitudes,
-                azimuths: own.azimuths,
-                solid_angle: own.solid_angle,
-            })
-            .collect(),
-        factors: rows.clone().map(|row| row[..width - 1].to_vec()).collect(),
-        below: rows.map(|row| row[width - 1]).collect(),
-    })
+    patches
+        .map(|(name, own)| SkyPatch {
+            name,
+            altitudes: own.altitudes,
+            azimuths: own.azimuths,
+            solid_angle: own.solid_angle,
+        })
+        .collect()
 }
 
 /// Asked before the work: at worst all faces see each other.

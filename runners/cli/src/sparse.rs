@@ -10,6 +10,8 @@ pub(crate) enum Rows {
     Dense(Vec<Vec<f64>>),
     /// What is not 0.
     Sparse(SparseFactors),
+    /// What is not 0 in some rows, with the number of columns.
+    Listed(Vec<Vec<(usize, f64)>>, usize),
 }
 
 impl Rows {
@@ -18,7 +20,36 @@ impl Rows {
         match self {
             Self::Dense(rows) => rows.len(),
             Self::Sparse(sparse) => sparse.len(),
+            Self::Listed(rows, _) => rows.len(),
         }
+    }
+
+    /// The number of columns.
+    fn width(&self) -> usize {
+        match self {
+            Self::Dense(rows) => rows.first().map_or(0, Vec::len),
+            Self::Sparse(sparse) => sparse.len(),
+            Self::Listed(_, width) => *width,
+        }
+    }
+
+    /// These rows alone, without factors below `least`, whose share the others take over.
+    pub(crate) fn chosen(&self, rows: impl Iterator<Item = usize>, least: f64) -> Self {
+        let row = |i: usize| {
+            let all: f64 = self.row(i).map(|(_, factor)| factor).sum();
+            let kept: Vec<_> = self.row(i).filter(|(_, factor)| *factor >= least).collect();
+            let sum: f64 = kept.iter().map(|(_, factor)| factor).sum();
+            let scale = if sum > 0.0 && sum < all {
+                all / sum
+            } else {
+                1.0
+            };
+            let scaled = kept
+                .into_iter()
+                .map(|(column, factor)| (column, factor * scale));
+            scaled.collect()
+        };
+        Self::Listed(rows.map(row).collect(), self.width())
     }
 
     /// What is not 0 in a row: the column and the factor.
@@ -29,12 +60,13 @@ impl Rows {
                 Box::new(all.filter(|(_, factor)| *factor != 0.0))
             }
             Self::Sparse(sparse) => Box::new(sparse.row(i)),
+            Self::Listed(rows, _) => Box::new(rows.get(i).into_iter().flatten().copied()),
         }
     }
 
     /// All of a row, zeros too.
     pub(crate) fn whole_row(&self, i: usize) -> Vec<f64> {
-        let mut whole = vec![0.0; self.len()];
+        let mut whole = vec![0.0; self.width()];
         for (column, factor) in self.row(i) {
             whole[column] = factor;
         }

@@ -432,7 +432,7 @@ pub(crate) fn listed(words: &[impl Display], quote: char, joint: &str) -> String
 }
 
 /// The one of `known` which `word` was most likely meant to be, if any is near.
-pub(crate) fn nearest<'a, S: AsRef<str>>(word: &str, known: &'a [S]) -> Option<&'a str> {
+pub fn nearest<'a, S: AsRef<str>>(word: &str, known: &'a [S]) -> Option<&'a str> {
     known
         .iter()
         .filter_map(|known| Some((distance_if_near(word, known.as_ref())?, known.as_ref())))

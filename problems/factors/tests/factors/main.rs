@@ -9,6 +9,7 @@ use rand::{RngExt, SeedableRng};
 
 #[path = "../../../scene/tests/common/mod.rs"]
 mod common;
+mod family;
 mod sky;
 use common::{
     Surfaces, bodies, circle, closed, is_long, map, meshed, mirrored, open, prism, rotation,

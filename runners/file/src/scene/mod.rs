@@ -24,6 +24,8 @@ pub(crate) use description::of_problem;
 pub use description::{is_description, parse_description};
 pub use sky::SkyBands;
 
+pub use crate::section::nearest;
+
 use crate::words::{Words, Wrong, lines};
 use crate::{InputError, Source, load};
 

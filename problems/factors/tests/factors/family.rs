@@ -1,0 +1,305 @@
+//! A random family of scenes as people have them: solids that touch, stand on a ground and reach into each other, rough ground, round
+//! bodies; turned, far from the origin, and rounded to single precision or six decimals. Exact factors agree with rays and with those of
+//! the scene before it was rounded, and what leaves a face arrives somewhere.
+//!
+//! Eight scenes; with FREDHOLM_LONG in the environment 500.
+
+use fredholm_factors::{
+    Groups, RAYS_OF_BLOCK, RayCounts, Rays, Sights, Sky, SkyFactors, scene_factors,
+};
+use fredholm_scene::{Polygon, Rounding, Scene, shapes};
+use rand::rngs::ChaCha8Rng;
+use rand::{RngExt, SeedableRng};
+
+use crate::common::{
+    Surfaces, V, circle, is_long, map, meshed, open, prism, rotation, sphere, triangulated,
+};
+
+/// The error of exact factors.
+const ERROR: f64 = 1e-5;
+
+/// Blocks of rays from every surface.
+const BLOCKS: u64 = 8;
+
+/// What is seen of one scene, surface by surface.
+struct Seen {
+    groups: Groups,
+    sky: SkyFactors,
+    /// The estimated error of a form factor between faces.
+    error: f64,
+    /// A forecast of what it takes.
+    work: f64,
+}
+
+fn seen(scene: &Scene) -> Seen {
+    let sights = Sights::new(scene, ERROR).unwrap();
+    let f = scene_factors(scene, ERROR).unwrap();
+    let uniform = Sky::uniform();
+    let faces = 0..scene.faces().len();
+    let rows: Vec<_> = faces
+        .clone()
+        .map(|face| sights.sky(face, &uniform).unwrap())
+        .collect();
+    let group_of: Vec<usize> = faces
+        .clone()
+        .map(|face| scene.place(face).unwrap().surface)
+        .collect();
+    Seen {
+        groups: f.of_surfaces(scene).unwrap(),
+        sky: SkyFactors::of_groups(f.areas(), &rows, &group_of, scene.surfaces()).unwrap(),
+        error: rows.iter().map(|row| row.error).fold(f.error(), f64::max),
+        work: faces.map(|face| sights.work(face)).sum(),
+    }
+}
+
+/// Two to four solids on a ground in one piece, beside, upon and in each other: each with a bottom or without.
+fn town(rng: &mut ChaCha8Rng) -> Surfaces {
+    let ground = Polygon::Quad([
+        [-4.0, -4.0, 0.0],
+        [4.0, -4.0, 0.0],
+        [4.0, 4.0, 0.0],
+        [-4.0, 4.0, 0.0],
+    ]);
+    let mut all: Surfaces = vec![vec![ground]];
+    let mut last = [[-1.0, -1.0, 0.0], [0.0, 0.0, 1.0]];
+    for k in 0..rng.random_range(2..5) {
+        let size: V = core::array::from_fn(|_| rng.random_range(0.5..1.5));
+        let [low, high] = last;
+        let shift = rng.random_range(-0.3..0.3);
+        let corner = match (k, rng.random_range(0..4)) {
+            (0, _) => low,
+            // Beside it, wall to wall.
+            (_, 0 | 1) => [high[0], low[1] + shift, 0.0],
+            // Upon it.
+            (_, 2) => [low[0] + 0.1, low[1] + 0.1, high[2]],
+            // In it.
+            _ => [high[0] - 0.25, low[1] + shift, 0.0],
+        };
+        let on_top = corner[2] > 0.0;
+        let end: V = core::array::from_fn(|k| {
+            let most = if on_top && k < 2 {
+                high[k] - 0.1
+            } else {
+                f64::INFINITY
+            };
+            (corner[k] + size[k]).min(most)
+        });
+        if k == 0 && rng.random() {
+            let turn: f64 = rng.random_range(0.0..1.0);
+            let n = rng.random_range(3..7);
+            let rim = (0..n).map(|k| {
+                let angle = turn + core::f64::consts::TAU * f64::from(k) / f64::from(n);
+                [-2.0 + 0.9 * angle.cos(), 1.5 + 0.9 * angle.sin()]
+            });
+            all.push(prism(&rim.collect::<Vec<_>>(), 0.0, size[2], false).concat());
+        }
+        let mut block = shapes::block(corner, end).surfaces;
+        if rng.random() {
+            block.remove(0);
+        }
+        all.push(block.concat());
+        last = [corner, end];
+    }
+    all
+}
+
+/// Rough ground, the rows of which are surfaces.
+fn terrain(rng: &mut ChaCha8Rng) -> Surfaces {
+    let n = 4;
+    let mut height = || rng.random_range(-0.3..0.3);
+    let points: Vec<V> = (0..(n + 1) * (n + 1))
+        .map(|k| [(k / (n + 1)) as f64, (k % (n + 1)) as f64, height()])
+        .collect();
+    let at = |i: usize, j: usize| points[i * (n + 1) + j];
+    let cell = |i: usize, j: usize| {
+        let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+        [Polygon::Triangle([a, b, c]), Polygon::Triangle([a, c, d])]
+    };
+    (0..n)
+        .map(|i| (0..n).flat_map(|j| cell(i, j)).collect())
+        .collect()
+}
+
+/// A ball or a drum over a plate, with a lid above.
+fn body(rng: &mut ChaCha8Rng) -> Surfaces {
+    let square = |z: f64, side: f64| {
+        Polygon::Quad([
+            [-side, -side, z],
+            [side, -side, z],
+            [side, side, z],
+            [-side, side, z],
+        ])
+    };
+    let inner = if rng.random() {
+        sphere(rng.random_range(3..5), 0.6, false).concat()
+    } else {
+        prism(&circle(rng.random_range(5..9), 0.5), -0.4, 0.5, false).concat()
+    };
+    let lid = shapes::reversed(&square(1.0, rng.random_range(0.5..1.5)));
+    vec![vec![square(-1.0, 1.5)], vec![lid], inner]
+}
+
+/// How coordinates are rounded.
+fn rounded(kind: u64, x: f64) -> f64 {
+    match kind {
+        1 => f64::from(x as f32),
+        2 => (x * 1e6).round() / 1e6,
+        _ => x,
+    }
+}
+
+#[test]
+fn scenes_as_people_have_them() {
+    let count = if is_long() { 500 } else { 8 };
+    let (mut worst, mut off, mut slower) = (0.0_f64, 0.0_f64, 0.0_f64);
+    let mut moved = 0.0_f64;
+    for seed in 0..count {
+        let mut rng = ChaCha8Rng::seed_from_u64(1000 + seed);
+        let mut base = match seed % 4 {
+            0 | 1 => town(&mut rng),
+            2 => terrain(&mut rng),
+            _ => body(&mut rng),
+        };
+        match rng.random_range(0..3) {
+            0 => base = triangulated(&base),
+            1 => base = triangulated(&meshed(&base, 2)),
+            _ => {}
+        }
+        let turn = rotation(&mut rng);
+        // Double and single precision, six decimals, map coordinates.
+        let kind = rng.random_range(0..4);
+        let far = if kind == 3 {
+            [456_789.0, 5_432_110.0, 314.0]
+        } else {
+            [0.0; 3]
+        };
+        let placed = map(&base, |p| {
+            let p = turn(p);
+            core::array::from_fn(|k| rounded(kind, p[k] + far[k]))
+        });
+        // Four vertices that were rounded are no longer in a plane.
+        let placed = triangulated(&placed);
+        let scene = open(&placed);
+        let precision = scene.precision();
+        match kind {
+            1 => assert_eq!(precision.rounding, Rounding::Single, "{seed}"),
+            2 => assert_eq!(precision.rounding, Rounding::Decimals(6), "{seed}"),
+            _ => assert_eq!(precision.rounding, Rounding::Double, "{seed}"),
+        }
+        println!("seed {seed} kind {kind} {} faces {:?}", scene.faces().len(), scene.covered());
+        let t0 = std::time::Instant::now();
+        let clean = seen(&open(&triangulated(&base)));
+        println!("   clean {:.2} work {}", t0.elapsed().as_secs_f64(), clean.work);
+        let own = seen(&scene);
+        println!("   both {:.2} work {}", t0.elapsed().as_secs_f64(), own.work);
+        assert!(
+            own.error <= 10.0 * ERROR + 1e2 * precision.distance,
+            "{seed}: {:e}",
+            own.error
+        );
+        slower = slower.max(own.work / clean.work);
+        let groups = scene.surfaces();
+        let factors = |seen: &Seen, i: usize| -> Vec<f64> {
+            let to = (0..groups).map(|j| seen.groups.factor(i, j));
+            to.chain([seen.sky.factor(i, 0), seen.sky.factor(i, 1)])
+                .collect()
+        };
+        let faces = 0..scene.faces().len();
+        let group_of: Vec<usize> = faces.map(|f| scene.place(f).unwrap().surface).collect();
+        let uniform = Sky::uniform();
+        let rays = Rays::new(&scene, &group_of, groups, Some(&uniform), seed).unwrap();
+        for i in 0..groups {
+            let (f, g) = (factors(&own, i), factors(&clean, i));
+            // Sky and ground of the clean scene are elsewhere: it was not turned.
+            for j in 0..groups {
+                moved = moved.max((f[j] - g[j]).abs() - 60.0 * precision.distance);
+            }
+            let sum: f64 = f.iter().sum();
+            let mut counts = RayCounts::default();
+            (0..BLOCKS).for_each(|block| counts.add(&rays.block(i, block)));
+            let n = (BLOCKS * RAYS_OF_BLOCK) as f64;
+            let hits = (0..groups as u32).map(|j| counts.groups.get(&j).copied().unwrap_or(0));
+            let all: Vec<u64> = hits.chain(counts.sky.iter().copied()).collect();
+            for (j, (p, count)) in f.iter().zip(&all).enumerate() {
+                // Bernstein's bound, and what exact factors may be off by.
+                let p = p.clamp(0.0, 1.0);
+                let slack = 20.0 * ERROR * n;
+                let z = ((*count as f64 - n * p).abs() - slack).max(0.0)
+                    / (n * p * (1.0 - p) + 3.0).sqrt();
+                worst = worst.max(z);
+                assert!(z < 4.9, "{seed} {i} {j}: {count} of {n} rays, {p}");
+            }
+            // Rays meet backs where something is seen from behind: of balls, drums and towns nothing.
+            let lost = n - all.iter().sum::<u64>() as f64;
+            if lost == 0.0 {
+                off = off.max((sum - 1.0).abs());
+                assert!((sum - 1.0).abs() < 1e-3, "{seed} {i}: {sum}");
+            }
+            let is_solid = seed % 4 != 2;
+            assert!(
+                !is_solid || lost <= 2.0,
+                "{seed} {i}: {lost} rays meet backs"
+            );
+        }
+    }
+    println!(
+        "{count} scenes: rays z < {worst:.2}, row sums off by {off:.1e}, from the clean scene by {moved:.1e}, work at most \
+         {slower:.1} times the clean one's"
+    );
+    assert!(slower < 20.0 && moved < 60.0 * ERROR, "{slower} {moved:e}");
+}
+
+/// Bars cover: of the factors of a cube with a block by rays 95 % are within 1.96 standard errors. 1,000 seeds with FREDHOLM_LONG in the
+/// environment, else 40.
+#[test]
+fn bars_of_rays_cover() {
+    use fredholm_factors::RayFactors;
+    use fredholm_scene::Enclosure;
+    let both = shapes::room([0.0; 3], [1.0; 3]).and(shapes::block([0.25; 3], [0.75; 3]));
+    let seeds = if is_long() { 1000 } else { 40 };
+    for enclosure in [Enclosure::Closed, Enclosure::Open] {
+        let scene = crate::common::scene_of::<f64>(&both.surfaces, enclosure).unwrap();
+        let exact = scene_factors(&scene, 1e-9).unwrap();
+        let group_of: Vec<usize> = (0..12).collect();
+        let (mut inside, mut all, mut squares) = (0_u32, 0_u32, 0.0);
+        for seed in 0..seeds {
+            let rays = Rays::new(&scene, &group_of, 12, None, seed).unwrap();
+            let mut counts = vec![RayCounts::default(); 12];
+            for (group, own) in counts.iter_mut().enumerate() {
+                (0..2).for_each(|block| own.add(&rays.block(group, block)));
+            }
+            let f = RayFactors::new(&rays, &counts).unwrap();
+            for i in 0..12 {
+                for entry in f.row(i).iter().filter(|entry| entry.column as usize > i) {
+                    let known = exact.factor(i, entry.column as usize);
+                    // Symmetric: one number for both.
+                    let back = f
+                        .row(entry.column as usize)
+                        .iter()
+                        .find(|b| b.column as usize == i);
+                    let [a, b] = [i, entry.column as usize].map(|k| f.areas()[k]);
+                    assert!((a * entry.factor - b * back.unwrap().factor).abs() < 1e-15);
+                    if 4096.0 * known > 30.0 {
+                        let z = (entry.factor - known) / entry.std_error;
+                        all += 1;
+                        inside += u32::from(z.abs() < 1.96);
+                        squares += z * z;
+                    }
+                }
+            }
+        }
+        let (share, mean) = (f64::from(inside) / f64::from(all), squares / f64::from(all));
+        println!(
+            "{enclosure:?}: {all} bars of {seeds} seeds, {:.2} % cover, mean square of z {mean:.3}",
+            100.0 * share
+        );
+        // Closed rows have less noise than the counts alone.
+        let most = if enclosure == Enclosure::Closed {
+            1.0
+        } else {
+            0.96
+        };
+        let slack = 4.0 * (0.95 * 0.05 / f64::from(all)).sqrt() * 3.0;
+        assert!((0.95 - slack..=most + slack).contains(&share), "{share}");
+    }
+}
