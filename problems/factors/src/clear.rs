@@ -107,7 +107,7 @@ fn near(a: Sheet<'_>, b: Sheet<'_>, origin: Vector<f64>, size: f64, rules: &Rule
             .map(|p| from_fn(|k| (p[k] - origin[k]) / size))
             .collect()
     };
-    size * size * contour::exchange(&own(a), &own(b), rules)
+    size * size * contour::exchange(&own(a), &own(b), rules.blur / size, rules)
 }
 
 /// By points of one polygon.

@@ -29,19 +29,19 @@ const UNEVEN: f64 = 1e3;
 /// How many times an edge may be halved towards another.
 const HALVINGS: u32 = 48;
 
-/// A_1 F_12 of two polygons that see each other wholly.
-pub(crate) fn exchange(a: &[Vector<f64>], b: &[Vector<f64>], rules: &Rules) -> f64 {
+/// A_1 F_12 of two polygons that see each other wholly, whose vertices are off by `blur`.
+pub(crate) fn exchange(a: &[Vector<f64>], b: &[Vector<f64>], blur: f64, rules: &Rules) -> f64 {
     let mut sum = 0.0;
     for p in ring(a) {
         for q in ring(b) {
-            sum += term(p, q, rules);
+            sum += term(p, q, blur, rules);
         }
     }
     sum / core::f64::consts::TAU
 }
 
 /// t_p·t_q ∫∫ ln |x − y| over two edges.
-fn term(p: Edge, q: Edge, rules: &Rules) -> f64 {
+fn term(p: Edge, q: Edge, blur: f64, rules: &Rules) -> f64 {
     let (u, v) = (sub(p[1], p[0]), sub(q[1], q[0]));
     let (lu, lv) = (norm(u), norm(v));
     if lu == 0.0 || lv == 0.0 {
@@ -54,7 +54,8 @@ fn term(p: Edge, q: Edge, rules: &Rules) -> f64 {
     }
     // The shorter one is integrated over by points.
     let (short, length, long) = if lu <= lv { (p, lu, q) } else { (q, lv, p) };
-    if norm(cross(u, v)) <= PARALLEL {
+    // Edges that were rounded are parallel if the shorter one's ends say no more.
+    if norm(cross(u, v)) <= Real::max(PARALLEL, 2.0 * blur / length) {
         let far = q.iter().flat_map(|&x| p.map(|y| norm(sub(x, y))));
         let farthest = far.fold(0.0, |m: f64, x| Real::max(m, x));
         return if length * UNEVEN > farthest {

@@ -13,12 +13,15 @@ pub(crate) const MOST: usize = 16;
 #[derive(Clone, Debug)]
 pub(crate) struct Rules {
     all: Vec<Vec<(f64, f64)>>,
+    /// What vertices are off by, in the scene's unit of length, if that is more than rounding errors of double precision.
+    pub(crate) blur: f64,
 }
 
 impl Rules {
-    pub(crate) fn new() -> Self {
+    pub(crate) fn new(blur: f64) -> Self {
         Self {
             all: (1..=MOST).map(legendre).collect(),
+            blur,
         }
     }
 
@@ -123,7 +126,7 @@ mod tests {
 
     #[test]
     fn a_rule_of_n_points_integrates_powers_up_to_2n_less_1() {
-        let rules = Rules::new();
+        let rules = Rules::new(0.0);
         for n in 1..=MOST {
             assert_eq!(rules.of(n).len(), n);
             for power in 0..2 * n as i32 {

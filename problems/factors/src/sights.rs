@@ -79,7 +79,7 @@ impl<'a> Sights<'a> {
             scene,
             occluders: Occluders::new(scene, &faces, slack),
             faces,
-            rules: Rules::new(),
+            rules: Rules::new(if blur > 0.0 { slack } else { 0.0 }),
             error,
             slack,
             blur,
