@@ -2,7 +2,7 @@
 //!
 //! People draw a cupboard on a floor that goes on below it, houses in a row each with all of its walls, walls that end below the
 //! floor. A part of a face on which a solid stands looks into the solid: rays from it meet backs. So faces are cut along the edges
-//! that lie in them, and each part is judged by rays. In an open scene a part leaves if all that it sees are backs; in a closed one
+//! that lie in them, and each part is judged by rays. In an open scene a part leaves if all that it sees are backs, and parts that leave; in a closed one
 //! if it sees backs or nothing at all, and the rest must be closed. What lies face to face with a part that leaves, leaves with it.
 //! Of two polygons on the same side of one plane, such as a window that is drawn on a wall, the surface with less area there stays.
 
@@ -208,15 +208,9 @@ pub(crate) fn cut(scene: &Scene, contacts: &Contacts, touch: f64) -> Option<Piec
             parts: parts(own, lines, touch),
         });
     }
-    for cut in &mut cuts {
-        for part in &mut cut.parts {
-            part.by = covering(scene, cut.face, &part.points);
-        }
-    }
+    judge(scene, &mut cuts);
     leave_together(scene, &mut cuts, &contacts.opposite);
-    if scene.enclosure() == Enclosure::Closed {
-        follow(scene, &mut cuts, touch);
-    }
+    follow(scene, &mut cuts, touch);
     let is_drawn_over = draw_over(scene, &mut cuts, &contacts.same, touch);
     let mut covered: Vec<Covered> = Vec::new();
     let mut pieces = Pieces {
@@ -355,38 +349,123 @@ const RAYS: u32 = 24;
 /// In a closed scene a part is no part of the room if more than this share of its rays meets a back or nothing.
 const STRAY: f64 = 0.05;
 
-/// The surface that covers a part of a face, whose back most of its rays meet; `None` if it is seen.
-fn covering(scene: &Scene, number: u32, points: &[Vector<f64>]) -> Option<usize> {
-    let face = scene.faces.get(number as usize)?;
-    let geometry = scene.geometry();
-    let middle = centroid(points);
-    let origins = points.iter().map(|&p| along(middle, 0.5, sub(p, middle)));
-    let mut backs: Vec<usize> = Vec::new();
-    let (mut fronts, mut misses) = (0_u32, 0_u32);
-    let x = unit(cross(face.normal, least_axis(face.normal)));
-    let y = cross(face.normal, x);
-    for (k, from) in (0..).zip(core::iter::once(middle).chain(origins)) {
-        for ray in 0..RAYS {
-            let direction = direction(k * RAYS + ray, [x, y, face.normal]);
-            match geometry.nearest(Some(face), from, direction, Backs::Block) {
-                None => misses += 1,
-                Some(hit) if hit.back => backs.push(scene.place_of(hit.face).surface),
-                Some(_) => fronts += 1,
+/// In an open scene what is covered sees backs with at least this share of its rays, and not parts alone that may leave as well.
+const BACKS: f64 = 1.0 / 16.0;
+
+/// What rays from a part of a face meet.
+#[derive(Clone, Debug, Default)]
+struct View {
+    rays: usize,
+    /// The surfaces of backs.
+    backs: Vec<usize>,
+    misses: usize,
+    /// Faces that are met from the front, and where.
+    fronts: Vec<(u32, Vector<f64>)>,
+}
+
+impl View {
+    fn of(scene: &Scene, number: u32, points: &[Vector<f64>]) -> Self {
+        let mut view = Self::default();
+        let Some(face) = scene.faces.get(number as usize) else {
+            return view;
+        };
+        let geometry = scene.geometry();
+        let middle = centroid(points);
+        let origins = points.iter().map(|&p| along(middle, 0.5, sub(p, middle)));
+        let x = unit(cross(face.normal, least_axis(face.normal)));
+        let y = cross(face.normal, x);
+        for (k, from) in (0..).zip(core::iter::once(middle).chain(origins)) {
+            for ray in 0..RAYS {
+                let direction = direction(k * RAYS + ray, [x, y, face.normal]);
+                view.rays += 1;
+                match geometry.nearest(Some(face), from, direction, Backs::Block) {
+                    None => view.misses += 1,
+                    Some(hit) if hit.back => view.backs.push(scene.place_of(hit.face).surface),
+                    Some(hit) => view.fronts.push((hit.face, hit.point)),
+                }
+            }
+        }
+        view.backs.sort_unstable();
+        view
+    }
+
+    /// Whether a part of a closed scene is no part of the room.
+    fn is_astray(&self) -> bool {
+        (self.backs.len() + self.misses) as f64 > STRAY * self.rays as f64
+    }
+
+    /// Whether what has this view leaves with the parts of `cuts` that do.
+    fn is_covered(&self, scene: &Scene, cuts: &[Cut]) -> bool {
+        match scene.enclosure() {
+            Enclosure::Closed => self.is_astray(),
+            Enclosure::Open => {
+                let leaves = |&(face, at): &(u32, Vector<f64>)| {
+                    let part = part_at(scene, cuts, face, at);
+                    part.is_some_and(|[c, p]| cuts[c].parts[p].by.is_some())
+                };
+                self.has_backs() && self.fronts.iter().all(leaves)
             }
         }
     }
-    let others = backs.len() as f64 + f64::from(misses);
-    let is_covered = match scene.enclosure() {
-        Enclosure::Open => fronts == 0 && misses == 0,
-        Enclosure::Closed => others > STRAY * (others + f64::from(fronts)),
-    };
-    backs.sort_unstable();
-    let runs = backs.chunk_by(|a, b| a == b);
-    let most = runs.max_by_key(|run| run.len()).and_then(|run| run.first());
-    is_covered.then(|| {
-        most.copied()
-            .unwrap_or_else(|| scene.place_of(number).surface)
-    })
+
+    /// Whether nothing of it is far away, and enough of it are backs.
+    fn has_backs(&self) -> bool {
+        self.misses == 0 && self.backs.len() as f64 >= BACKS * self.rays as f64
+    }
+
+    /// The surface most of whose backs are seen.
+    fn covering(&self) -> Option<usize> {
+        let runs = self.backs.chunk_by(|a, b| a == b);
+        let most = runs.max_by_key(|run| run.len());
+        most.and_then(|run| run.first().copied())
+    }
+}
+
+/// Says which parts are covered. In an open scene that is what sees nothing but backs and parts that are covered as well: the largest
+/// such set, as houses in a row see each other's walls.
+fn judge(scene: &Scene, cuts: &mut [Cut]) {
+    let mut views: Vec<Vec<View>> = Vec::with_capacity(cuts.len());
+    for cut in cuts.iter() {
+        let parts = cut.parts.iter();
+        views.push(
+            parts
+                .map(|part| View::of(scene, cut.face, &part.points))
+                .collect(),
+        );
+    }
+    let mut open: Vec<(usize, usize)> = Vec::new();
+    for (c, parts) in views.iter().enumerate() {
+        for (p, view) in parts.iter().enumerate() {
+            let is_covered = match scene.enclosure() {
+                Enclosure::Closed => view.is_astray(),
+                Enclosure::Open => view.has_backs(),
+            };
+            if is_covered {
+                let own = scene.place_of(cuts[c].face).surface;
+                cuts[c].parts[p].by = Some(view.covering().unwrap_or(own));
+                open.push((c, p));
+            }
+        }
+    }
+    if scene.enclosure() == Enclosure::Closed {
+        return;
+    }
+    loop {
+        let sees_more = |&(c, p): &(usize, usize)| {
+            views[c][p].fronts.iter().any(|&(face, at)| {
+                let part = part_at(scene, cuts, face, at);
+                part.is_none_or(|[c, p]| cuts[c].parts[p].by.is_none())
+            })
+        };
+        let seeing: Vec<(usize, usize)> = open.iter().copied().filter(sees_more).collect();
+        if seeing.is_empty() {
+            return;
+        }
+        for (c, p) in seeing {
+            cuts[c].parts[p].by = None;
+            open.retain(|own| *own != (c, p));
+        }
+    }
 }
 
 /// Directions spread by the cosine law: multiples of irrational numbers (Weyl 1916).
@@ -414,19 +493,22 @@ fn holds(points: &[Vector<f64>], normal: Vector<f64>, at: Vector<f64>) -> bool {
     ring(points).all(|[a, b]| dot(cross(normal, sub(b, a)), sub(at, a)) >= 0.0)
 }
 
-/// The part of a face in which a point is.
+/// The part of a face in which a point is, or to which it is nearest.
 fn part_at(scene: &Scene, cuts: &[Cut], number: u32, at: Vector<f64>) -> Option<[usize; 2]> {
     let cut = cuts.binary_search_by_key(&number, |cut| cut.face).ok()?;
     let normal = scene.faces.get(number as usize)?.normal;
-    let parts = &cuts.get(cut)?.parts;
-    let part = parts
-        .iter()
-        .position(|part| holds(&part.points, normal, at))?;
-    Some([cut, part])
+    let depth = |part: &Part| {
+        let depths =
+            ring(&part.points).map(|[a, b]| dot(unit(cross(normal, sub(b, a))), sub(at, a)));
+        depths.fold(f64::INFINITY, |least: f64, d| least.min(d))
+    };
+    let parts = cuts.get(cut)?.parts.iter().enumerate();
+    let nearest = parts.max_by(|a, b| depth(a.1).total_cmp(&depth(b.1)));
+    nearest.map(|(part, _)| [cut, part])
 }
 
-/// In a closed scene faces that are no part of the room and have an edge in common with what leaves, leave as well: the bottom of a
-/// box that reaches through a floor.
+/// Faces that are covered wholly and have an edge in common with what leaves, leave as well: the bottom of a box that reaches through a
+/// floor.
 fn follow(scene: &Scene, cuts: &mut Vec<Cut>, touch: f64) {
     let leaving = |cut: &Cut| -> Vec<Vec<Vector<f64>>> {
         let parts = cut.parts.iter().filter(|part| part.by.is_some());
@@ -461,16 +543,19 @@ fn follow(scene: &Scene, cuts: &mut Vec<Cut>, touch: f64) {
                 }
                 *done = true;
                 let points = face.polygon().to_vec();
-                if let by @ Some(_) = covering(scene, number, &points) {
+                let view = View::of(scene, number, &points);
+                if view.is_covered(scene, cuts) {
                     open.push(points.clone());
+                    let own = scene.place_of(number).surface;
+                    let by = Some(view.covering().unwrap_or(own));
                     let parts = Vec::from([Part { points, by }]);
                     let face = number;
-                    cuts.push(Cut { face, parts });
+                    let at = cuts.partition_point(|cut| cut.face < face);
+                    cuts.insert(at, Cut { face, parts });
                 }
             }
         }
     }
-    cuts.sort_by_key(|cut| cut.face);
 }
 
 /// What lies face to face with a part that leaves, leaves with it.
@@ -483,7 +568,12 @@ fn leave_together(scene: &Scene, cuts: &mut [Cut], opposite: &[[u32; 2]]) {
             };
             let by = scene.place_of(other).surface;
             for (k, part) in cuts[at].parts.iter().enumerate() {
-                let twin = part_at(scene, cuts, other, centroid(&part.points));
+                let middle = centroid(&part.points);
+                let lies = scene
+                    .faces
+                    .get(other as usize)
+                    .is_some_and(|face| holds(face.polygon(), face.normal, middle));
+                let twin = part_at(scene, cuts, other, middle).filter(|_| lies);
                 let leaves = twin.is_some_and(|[c, p]| cuts[c].parts[p].by.is_some());
                 if part.by.is_none() && leaves {
                     leaving.push(([at, k], by));

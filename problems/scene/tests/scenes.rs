@@ -288,6 +288,34 @@ fn what_is_drawn_on_top_of_each_other_leaves() {
     }
 }
 
+/// Nine bricks in a row and on each other, and two that reach into each other, in open scenes: what is inside leaves, and a tent of thin
+/// plates stays.
+#[test]
+fn what_touches_in_open_scenes_leaves() {
+    let brick = |x: usize, y: usize| {
+        let low = [x as f64, 0.0, y as f64];
+        shapes::block(low, low.map(|c| c + 1.0)).surfaces.concat()
+    };
+    let bricks: Surfaces = (0..9).map(|k| brick(k % 3, k / 3)).collect();
+    let scene = common::open(&bricks);
+    let left: f64 = (0..9).map(|k| scene.area(k).unwrap()).sum();
+    assert!((left - 30.0).abs() < 1e-12, "{left}");
+    let both = [[0.0; 3], [0.5, 0.25, 0.25]].map(|low: V| {
+        let high = core::array::from_fn(|k| if k == 0 { low[0] + 1.0 } else { 1.0 - low[k] });
+        shapes::block(low, high).surfaces.concat()
+    });
+    let scene = common::open(&both.to_vec());
+    // The second is half in the first: a quarter of a side is covered, and what goes through it.
+    assert!((scene.area(0).unwrap() - 5.75).abs() < 1e-12);
+    assert!((scene.area(1).unwrap() - 1.25).abs() < 1e-12);
+    let inside = shapes::room([0.0; 3], [1.0; 3]).surfaces.concat();
+    let outside = shapes::block([0.0; 3], [1.0; 3]).surfaces.concat();
+    let tent = vec![inside[1..].to_vec(), outside[1..].to_vec()];
+    let ground = vec![polygon(&level([-1.0; 2], [2.0; 2], 0.0))];
+    let scene = common::open(&[tent, ground].concat());
+    assert_eq!(scene.covered(), []);
+}
+
 #[test]
 fn scenes_with_a_gap() {
     for missing in 0..6 {
