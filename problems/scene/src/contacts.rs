@@ -421,9 +421,49 @@ impl View {
     }
 }
 
+/// Adds whole faces that parts see which may be covered, if they may be covered themselves: those of a solid that is in another one are
+/// touched by none.
+fn look_inside(scene: &Scene, cuts: &mut Vec<Cut>, views: &mut Vec<Vec<View>>) {
+    let mut is_known = alloc::vec![false; scene.faces.len()];
+    for cut in cuts.iter() {
+        is_known[cut.face as usize] = true;
+    }
+    let seen = |view: &View| -> Vec<u32> {
+        let fronts = view.fronts.iter().filter(|_| view.has_backs());
+        fronts.map(|front| front.0).collect()
+    };
+    let mut next: Vec<u32> = views.iter().flatten().flat_map(seen).collect();
+    while let Some(number) = next.pop() {
+        let (Some(face), Some(known)) = (
+            scene.faces.get(number as usize),
+            is_known.get_mut(number as usize),
+        ) else {
+            continue;
+        };
+        if core::mem::replace(known, true) {
+            continue;
+        }
+        let points = face.polygon().to_vec();
+        let view = View::of(scene, number, &points);
+        if view.has_backs() {
+            next.extend(seen(&view));
+            let at = cuts.partition_point(|cut| cut.face < number);
+            let parts = Vec::from([Part { points, by: None }]);
+            cuts.insert(
+                at,
+                Cut {
+                    face: number,
+                    parts,
+                },
+            );
+            views.insert(at, Vec::from([view]));
+        }
+    }
+}
+
 /// Says which parts are covered. In an open scene that is what sees nothing but backs and parts that are covered as well: the largest
 /// such set, as houses in a row see each other's walls.
-fn judge(scene: &Scene, cuts: &mut [Cut]) {
+fn judge(scene: &Scene, cuts: &mut Vec<Cut>) {
     let mut views: Vec<Vec<View>> = Vec::with_capacity(cuts.len());
     for cut in cuts.iter() {
         let parts = cut.parts.iter();
@@ -432,6 +472,9 @@ fn judge(scene: &Scene, cuts: &mut [Cut]) {
                 .map(|part| View::of(scene, cut.face, &part.points))
                 .collect(),
         );
+    }
+    if scene.enclosure() == Enclosure::Open {
+        look_inside(scene, cuts, &mut views);
     }
     let mut open: Vec<(usize, usize)> = Vec::new();
     for (c, parts) in views.iter().enumerate() {

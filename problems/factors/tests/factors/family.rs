@@ -186,24 +186,7 @@ fn scenes_as_people_have_them() {
             2 => assert_eq!(precision.rounding, Rounding::Decimals(6), "{seed}"),
             _ => assert_eq!(precision.rounding, Rounding::Double, "{seed}"),
         }
-        println!(
-            "seed {seed} kind {kind} {} faces {:?}",
-            scene.faces().len(),
-            scene.covered()
-        );
-        let t0 = std::time::Instant::now();
-        let clean = seen(&open(&triangulated(&base)));
-        println!(
-            "   clean {:.2} work {}",
-            t0.elapsed().as_secs_f64(),
-            clean.work
-        );
-        let own = seen(&scene);
-        println!(
-            "   both {:.2} work {}",
-            t0.elapsed().as_secs_f64(),
-            own.work
-        );
+        let (own, clean) = (seen(&scene), seen(&open(&triangulated(&base))));
         assert!(
             own.error <= 10.0 * ERROR + 1e2 * precision.distance,
             "{seed}: {:e}",
