@@ -29,7 +29,7 @@ const INNER: [f64; 3] = [2.0 / 3.0, 1.0 / 6.0, 1.0 / 6.0];
 /// quarter misses a quarter of that.
 const MISSED: f64 = 0.02;
 
-/// Of bodies with so many faces at most one face may hide all.
+/// The most faces of a body one of which may hide all.
 const FEW: usize = 12;
 
 /// The share of what a point could see below which it sees nothing: of some hundred cones, each rounded.

@@ -629,7 +629,7 @@ fn leave_together(scene: &Scene, cuts: &mut [Cut], opposite: &[[u32; 2]]) {
     }
 }
 
-/// Of polygons on the same side of one plane those of the larger surface leave. Whether each of the smaller one lies on it wholly: else
+/// Leaves out, where polygons face the same side of one plane, those of the larger surface. Says whether each of the smaller one lies on it wholly: else
 /// nobody knows which one is meant.
 fn draw_over(scene: &Scene, cuts: &mut [Cut], same: &[[u32; 2]], touch: f64) -> bool {
     let surface = |f: u32| scene.place_of(f).surface;

@@ -296,7 +296,7 @@ impl Scene {
         }
     }
 
-    /// The faces: one for every polygon, in the order of surfaces.
+    /// The faces, in the order of surfaces and polygons: one for every polygon, or several or none where others touch it.
     #[must_use]
     pub fn faces(&self) -> &[Face<f64>] {
         &self.faces
