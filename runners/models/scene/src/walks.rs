@@ -91,7 +91,7 @@ impl Cut<'_> {
         }
         let others = model.scene.sky().is_some() || !model.scene.beams().is_empty();
         let mut known = certain(model, model.colours().filter(|_| !others), request.goals);
-        known.resize(goals.len(), false);
+        known.resize(known.len().max(goals.len()), false);
         for ((region, origin), place) in regions.iter().zip(&origins).zip(&places) {
             if model.colours().is_none() && model.takes_walks(region, request.wanted == Wanted::U) {
                 goals.push(Goal {
