@@ -26,7 +26,7 @@ pub(crate) struct Occluder {
 }
 
 impl Occluder {
-    /// Its edges by the numbers of their ends.
+    /// The edges by the numbers of their ends.
     pub(crate) fn edges(&self) -> impl Iterator<Item = [u32; 2]> {
         ring(&self.vertices)
     }
@@ -56,7 +56,7 @@ pub(crate) struct Occluders {
 }
 
 impl Occluders {
-    /// Those of a scene, whose faces have the normals of their planes; what is nearer than `slack` to a line is on it.
+    /// The occluders of a scene, whose faces have the normals of their planes; what is nearer than `slack` to a line is on it.
     pub(crate) fn new(scene: &Scene, faces: &[Face<f64>], slack: f64) -> Self {
         let mut groups: BTreeMap<(u32, bool), Vec<u32>> = BTreeMap::new();
         for (f, face) in (0..).zip(faces) {

@@ -181,7 +181,7 @@ pub(crate) struct Piece {
 /// A scene in pieces, and what has left it.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Pieces {
-    /// Those of faces that were cut, in ascending order of faces; a face that is covered wholly has none.
+    /// The polygons of faces that were cut, in ascending order of faces; a face that is covered wholly has none.
     pub(crate) cut: Vec<Piece>,
     /// Which faces are as they were.
     pub(crate) is_whole: Vec<bool>,
