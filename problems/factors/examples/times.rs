@@ -233,7 +233,9 @@ fn walls(n: usize) -> Vec<Vec<Polygon>> {
     let room = meshed(&shapes::room([0.0; 3], [1.0; 3]), n);
     let halves = |p: &Polygon| {
         let points: Vec<[f64; 3]> = p.points().iter().map(|&p| rounded(turned(p))).collect();
-        shapes::fan(&points)
+        // Four vertices that were rounded are not in a plane.
+        let corners = |k: usize| Polygon::Triangle([points[0], points[k], points[k + 1]]);
+        (1..points.len() - 1).map(corners).collect::<Vec<_>>()
     };
     room.iter()
         .map(|s| s.iter().flat_map(halves).collect())
