@@ -43,6 +43,19 @@ const LONG: f64 = 1e4;
 const DIAGONAL: f64 = 1.732_050_807_568_877_2;
 
 impl Precision {
+    /// This without what the scalar of the walks makes of it, which is nothing that the coordinates as given say. The distance stays.
+    pub(crate) fn of_input<F: Real>(self) -> Self {
+        let is_ours = self.rounding == Rounding::Single && F::EPSILON > F::from_f64(f64::EPSILON);
+        Self {
+            rounding: if is_ours {
+                Rounding::Double
+            } else {
+                self.rounding
+            },
+            ..self
+        }
+    }
+
     /// The precision of vertices of a scene of this width. Numbers that are few or short are as they are given.
     ///
     /// ```

@@ -174,7 +174,7 @@ impl Scene {
             smallest: width * limits::<F>().smallest,
             width,
             epsilon: F::EPSILON.to_f64(),
-            precision: Precision::of(&raw.points, width),
+            precision: Precision::of(&raw.points, width).of_input::<F>(),
         };
         Self::assemble(raw, enclosure, scale)
     }

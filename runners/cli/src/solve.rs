@@ -402,7 +402,11 @@ pub(crate) fn check(path: &Path, out: Option<&Path>, signals: &Signals) -> Resul
     if let Some(out) = out.filter(|_| scene.is_none()) {
         drawing::draw(&file, out)?;
     }
-    let problem = Problem::new(file, None)?;
+    // Those of a scene have been said.
+    let problem = match scene {
+        Some(_) => Problem::without_notes(file, None)?,
+        None => Problem::new(file, None)?,
+    };
     let fail = Failure::of(&problem.file);
     let Resolved {
         targets, settings, ..

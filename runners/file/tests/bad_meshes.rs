@@ -122,14 +122,6 @@ fn geometry() -> Vec<Case> {
             "meets a polygon from behind",
         ),
         obj(
-            "a block is not cut out of the floor",
-            and(
-                "v 0.2 0.2 0\nv 0.4 0.2 0\nv 0.2 0.4 0\nv 0.2 0.2 0.3\nf 9 10 12\nf 10 11 12\nf 11 9 12\n",
-            ),
-            "a.obj:19:",
-            "the scene is not closed",
-        ),
-        obj(
             "two vertices of a face are one",
             and("v 0.2 0.2 0.5\nv 0.4 0.2 0.5\nf 9 10 10\n"),
             "a.obj:17:",

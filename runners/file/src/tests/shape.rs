@@ -111,7 +111,7 @@ fn unknown_keys() {
     let top = format!("[«colour»]\n{FULL}");
     let words = [
         "`colour`",
-        "`problem`, `galerkin`, `walk`, `target` and `output`",
+        "`problem`, `galerkin`, `walk`, `target`, `output`, `uncertainties` and `fit`",
     ];
     fails(&top, &words);
     let words = ["in `[walk]`", "did you mean `walks`?"];
