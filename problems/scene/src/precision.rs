@@ -44,6 +44,7 @@ const DIAGONAL: f64 = 1.732_050_807_568_877_2;
 
 impl Precision {
     /// This without what the scalar of the walks makes of it, which is nothing that the coordinates as given say. The distance stays.
+    #[cfg(feature = "alloc")]
     pub(crate) fn of_input<F: Real>(self) -> Self {
         let is_ours = self.rounding == Rounding::Single && F::EPSILON > F::from_f64(f64::EPSILON);
         Self {
