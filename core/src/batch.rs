@@ -23,6 +23,15 @@ impl fmt::Display for NotFinite {
 
 impl core::error::Error for NotFinite {}
 
+/// The number of no walk.
+const NONE: u64 = u64::MAX;
+
+/// No walk has scored bit by bit.
+#[cfg(feature = "serde")]
+const fn none() -> u64 {
+    NONE
+}
+
 /// Consecutive walks of a goal and their statistics so far. Work on it may stop after any walk and
 /// go on later with the same bits.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,9 +40,12 @@ pub struct Batch {
     next: u64,
     end: u64,
     statistics: Statistics,
-    /// The walk that has scored last, and what it has scored so far, where walks score bit by bit: it is not in the statistics yet.
+    /// The walk that has scored last, where walks score bit by bit; [`NONE`] elsewhere. It is not in the statistics yet.
+    #[cfg_attr(feature = "serde", serde(default = "none"))]
+    last: u64,
+    /// What it has scored so far.
     #[cfg_attr(feature = "serde", serde(default))]
-    accrued: Option<(u64, f64)>,
+    accrued: f64,
     /// Walks that are not in the statistics since they scored nothing.
     #[cfg_attr(feature = "serde", serde(default))]
     silent: u64,
@@ -48,7 +60,8 @@ impl Batch {
             next,
             end: next.saturating_add(size).min(walks),
             statistics: Statistics::default(),
-            accrued: None,
+            last: NONE,
+            accrued: 0.0,
             silent: 0,
         }
     }
@@ -85,14 +98,14 @@ impl Batch {
     /// Adds to what a walk scores, of a batch whose walks mostly score nothing. The first call of a walk comes behind the last one of those before.
     #[inline]
     pub(crate) fn accrue(&mut self, walk: u64, score: f64) {
-        match &mut self.accrued {
-            Some((last, sum)) if *last == walk => *sum += score,
-            accrued => {
-                if let Some((_, sum)) = accrued.replace((walk, score)) {
-                    self.statistics.push_score(sum);
-                }
-            }
+        if self.last == walk {
+            self.accrued += score;
+            return;
         }
+        if self.last != NONE {
+            self.statistics.push_score(self.accrued);
+        }
+        (self.last, self.accrued) = (walk, score);
     }
 
     /// Counts the walks of another batch as those of this one, too: those of them that did not score here scored nothing.
@@ -103,7 +116,7 @@ impl Batch {
 
     /// The number of its walks so far.
     const fn walks(&self) -> u64 {
-        self.statistics.walks() + self.accrued.is_some() as u64 + self.silent
+        self.statistics.walks() + (self.last != NONE) as u64 + self.silent
     }
 
     /// The walk that is next, and its place among those of the batch; `None`: all have been run.
@@ -192,15 +205,21 @@ impl Batch {
         self.next >= self.end
     }
 
+    /// The statistics of the walks so far, where every walk scores, without a copy: all but those of derivatives.
+    #[must_use]
+    pub const fn dense(&self) -> &Statistics {
+        &self.statistics
+    }
+
     /// The statistics of the walks so far.
     #[must_use]
     pub fn statistics(&self) -> Statistics {
-        if self.accrued.is_none() && self.silent == 0 {
+        if self.last == NONE && self.silent == 0 {
             return self.statistics;
         }
         let mut all = self.statistics;
-        if let Some((_, sum)) = self.accrued {
-            all.push_score(sum);
+        if self.last != NONE {
+            all.push_score(self.accrued);
         }
         all.merge(&Statistics::of_silent(self.silent));
         if self.statistics.replicates() > 0 {

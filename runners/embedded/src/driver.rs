@@ -132,7 +132,7 @@ impl<J: Job + ?Sized, const S: usize> Driver<J, S> {
     ) -> Result<Progress, NotFinite> {
         self.advance(job, walks, |position| {
             for (tail, batch) in tails.iter_mut().zip(&position.batches) {
-                tail.add(&batch.statistics());
+                tail.add(batch.dense());
             }
             position.end_batch();
             let Position {
@@ -182,7 +182,7 @@ impl<J: Job + ?Sized, const S: usize> Driver<J, S> {
     pub fn statistics(&self) -> [Statistics; S] {
         let mut all = self.position.merged;
         for (all, batch) in all.iter_mut().zip(&self.position.batches) {
-            all.merge(&batch.statistics());
+            all.merge(batch.dense());
         }
         all
     }
@@ -222,16 +222,16 @@ impl<const S: usize> Position<S> {
     /// The walks of the batch that is run.
     fn walks_of_batch(&self) -> u64 {
         let first = self.batches.first();
-        first.map_or(0, |batch| batch.statistics().walks())
+        first.map_or(0, |batch| batch.dense().walks())
     }
 
     #[inline(never)]
     fn progress(&self) -> Progress {
         let nothing = Statistics::default();
         let merged = self.merged.first().unwrap_or(&nothing);
-        let batch = self.batches.first().map_or(nothing, Batch::statistics);
+        let batch = self.batches.first().map_or(&nothing, Batch::dense);
         Progress {
-            estimate: merged.preconditioned_with(&batch),
+            estimate: merged.preconditioned_with(batch),
             walks: merged.walks() + batch.walks(),
             stop: None,
         }
@@ -242,7 +242,7 @@ impl<const S: usize> Position<S> {
         self.schedule.end_batch();
         let (options, stage) = (self.schedule.options(), self.schedule.stage());
         for (merged, batch) in self.merged.iter_mut().zip(&mut self.batches) {
-            merged.merge(&batch.statistics());
+            merged.merge(batch.dense());
             *batch = Batch::new(stage.start, options.batch, options.walks);
         }
     }

@@ -242,7 +242,7 @@ where
             walks: walks_sum(job, self.first() / S.max(1)),
             stage_end: position.schedule.stage().end,
             merged: position.merged,
-            batches: position.batches.map(|batch| batch.statistics()),
+            batches: position.batches.map(|batch| *batch.dense()),
         }
     }
 
