@@ -40,8 +40,8 @@ impl Dependence {
     }
 }
 
-/// Hands on the dependences of a point in a channel.
-pub type Dependences<'a, P> = dyn Fn(&P, usize, &mut dyn FnMut(Dependence)) + Sync + 'a;
+/// Hands on the dependences of a point, each with the number of its channel.
+pub type Dependences<'a, P> = dyn Fn(&P, &mut dyn FnMut(usize, Dependence)) + Sync + 'a;
 
 /// The derivatives of functionals with respect to quantities λ that F(x) and k(x, ·) depend on at some points x, and k(x, ·) as a whole.
 ///
@@ -86,9 +86,9 @@ pub type Dependences<'a, P> = dyn Fn(&P, usize, &mut dyn FnMut(Dependence)) + Sy
 ///
 /// let (none, goals) = (NoNeighbour::new(&Half), [Goal::new(At(0.5), Some(0.0))]);
 /// let walks = Goals::new(&Half, &none, &goals, WalkOptions::default());
-/// let both = |_: &f64, _: usize, each: &mut dyn FnMut(Dependence)| {
-///     each(Dependence { quantity: 0, source: -1.5, of_u: 2.0 });
-///     each(Dependence { quantity: 1, source: 1.0, of_u: 0.0 });
+/// let both = |_: &f64, each: &mut dyn FnMut(usize, Dependence)| {
+///     each(0, Dependence { quantity: 0, source: -1.5, of_u: 2.0 });
+///     each(0, Dependence { quantity: 1, source: 1.0, of_u: 0.0 });
 /// };
 /// let job = Sensitivities::new(&walks, 2, &both);
 /// let mut batches = [Batch::new(0, 20_000, 20_000); 3];
@@ -272,14 +272,12 @@ where
     fn accrue(&self, (phi, walk): (f64, u64), passages: &Passages<'_, E, N>, to: &mut [Batch]) {
         for state in passages.states.iter().take(passages.kept).flatten() {
             let rest = state.own.plus(&passages.score);
-            for channel in 0..self.goals.equation.channels() {
+            let mut add = |channel: usize, on: Dependence| {
                 let weight = state.weight.get(channel).to_f64();
-                let mut add = |on: Dependence| {
-                    let score = phi * (on.source * weight + on.of_u * rest.get(channel));
-                    self.add((channel, on.quantity), (walk, score), to);
-                };
-                (self.dependences)(&state.x.point, channel, &mut add);
-            }
+                let score = phi * (on.source * weight + on.of_u * rest.get(channel));
+                self.add((channel, on.quantity), (walk, score), to);
+            };
+            (self.dependences)(&state.x.point, &mut add);
         }
     }
 
@@ -385,8 +383,8 @@ mod tests {
     const WEIGHTS: [f64; 2] = [2.0, 1.0];
     const WALKS: u64 = 20_000;
 
-    /// Channels and their sum, of each u, ∂u/∂r, and ∂u/∂F on the left half; after walks in pieces of so many.
-    fn run(piece: u64) -> [Batch; 9] {
+    /// Does something with walks of both channels and their sum from 0.3.
+    fn with_walks<R>(then: impl FnOnce(&Goals<'_, Two, NoNeighbour<Two>, At<f64>>) -> R) -> R {
         let nothing = Channels::splat(2, 0.0);
         let goals = [Goal {
             functional: At(0.3),
@@ -394,29 +392,38 @@ mod tests {
             known: nothing,
         }];
         let none = NoNeighbour::new(&Two);
-        let walks = Goals::new(&Two, &none, &goals, WalkOptions::default()).with_sum(&WEIGHTS);
-        let both = |x: &f64, channel: usize, each: &mut dyn FnMut(Dependence)| {
-            let rho = RHO[channel];
-            each(Dependence {
-                quantity: 0,
-                source: -1.0 / rho,
-                of_u: 1.0 / rho,
-            });
-            if *x < 0.5 {
-                each(Dependence {
-                    quantity: 1,
-                    source: 1.0,
-                    of_u: 0.0,
-                });
+        then(&Goals::new(&Two, &none, &goals, WalkOptions::default()).with_sum(&WEIGHTS))
+    }
+
+    /// Channels and their sum, of each u, ∂u/∂r, and ∂u/∂F on the left half; after walks in pieces of so many.
+    fn run(piece: u64) -> [Batch; 9] {
+        let both = |x: &f64, each: &mut dyn FnMut(usize, Dependence)| {
+            for (channel, rho) in RHO.into_iter().enumerate() {
+                let by_rho = Dependence {
+                    quantity: 0,
+                    source: -1.0 / rho,
+                    of_u: 1.0 / rho,
+                };
+                each(channel, by_rho);
+                if *x < 0.5 {
+                    let by_source = Dependence {
+                        quantity: 1,
+                        source: 1.0,
+                        of_u: 0.0,
+                    };
+                    each(channel, by_source);
+                }
             }
         };
-        let job = Sensitivities::new(&walks, 2, &both);
         let mut batches = [Batch::new(0, WALKS, WALKS); 9];
-        while !batches[0].is_done() {
-            job.run(0, &mut batches, piece).unwrap();
-            let walks = batches.map(|batch| batch.statistics().walks());
-            assert_eq!(walks, [walks[0]; 9]);
-        }
+        with_walks(|walks| {
+            let job = Sensitivities::new(walks, 2, &both);
+            while !batches[0].is_done() {
+                job.run(0, &mut batches, piece).unwrap();
+                let walks = batches.map(|batch| batch.statistics().walks());
+                assert_eq!(walks, [walks[0]; 9]);
+            }
+        });
         batches
     }
 
@@ -452,16 +459,8 @@ mod tests {
                 whole.map(|batch| batch.statistics())
             );
         }
-        let nothing = Channels::splat(2, 0.0);
-        let goals = [Goal {
-            functional: At(0.3),
-            control_mean: Some(nothing),
-            known: nothing,
-        }];
-        let none = NoNeighbour::new(&Two);
-        let walks = Goals::new(&Two, &none, &goals, WalkOptions::default()).with_sum(&WEIGHTS);
         let mut alone = [Batch::new(0, WALKS, WALKS); 3];
-        walks.run(0, &mut alone, u64::MAX).unwrap();
+        with_walks(|walks| walks.run(0, &mut alone, u64::MAX).unwrap());
         assert_eq!(alone[..], whole[..3]);
     }
 }

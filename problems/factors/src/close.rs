@@ -48,7 +48,9 @@ impl Factors {
             if self.gap() <= CLOSED {
                 break;
             }
-            let lambda = self.multipliers();
+            let sums = self.times(&alloc::vec![1.0; self.areas().len()]);
+            let rest = self.areas().iter().zip(&sums).map(|(a, s)| a - s);
+            let lambda = multipliers(&|of| self.times(of), rest.collect());
             self.scale(&lambda);
         }
         Ok(before)
@@ -60,45 +62,44 @@ impl Factors {
         sums.iter()
             .fold(0.0, |m: f64, s| Real::max(m, (s - 1.0).abs()))
     }
+}
 
-    /// λ with (D + G) λ = A − G 1, where G are the exchange areas and D their sums: by conjugate gradients, with D as
-    /// preconditioner.
-    fn multipliers(&self) -> Vec<f64> {
-        let n = self.areas().len();
-        let sums = self.times(&alloc::vec![1.0; n]);
-        let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(x, y)| x * y).sum() };
-        let mut lambda = alloc::vec![0.0; n];
-        let mut rest: Vec<f64> = self.areas().iter().zip(&sums).map(|(a, s)| a - s).collect();
-        let divided = |rest: &[f64]| -> Vec<f64> {
-            let parts = rest.iter().zip(&sums);
-            parts
-                .map(|(r, s)| if *s > 0.0 { r / s } else { 0.0 })
-                .collect()
-        };
-        let mut z = divided(&rest);
-        let mut direction = z.clone();
-        let mut size = dot(&rest, &z);
-        let enough = 1e-32 * size;
-        for _ in 0..STEPS {
-            if !(size > enough) {
-                break;
-            }
-            let mut image = self.times(&direction);
-            for ((i, s), d) in image.iter_mut().zip(&sums).zip(&direction) {
-                *i += s * d;
-            }
-            let step = size / dot(&direction, &image);
-            for (((l, r), d), i) in lambda.iter_mut().zip(&mut rest).zip(&direction).zip(&image) {
-                *l += step * d;
-                *r -= step * i;
-            }
-            z = divided(&rest);
-            let next = dot(&rest, &z);
-            for (d, z) in direction.iter_mut().zip(&z) {
-                *d = z + next / size * *d;
-            }
-            size = next;
+/// λ with (D + G) λ = `rest`, where `times` is the product with a symmetric matrix G of numbers ≥ 0 and D has the sums of its rows: by conjugate
+/// gradients, with D as preconditioner.
+pub(crate) fn multipliers(times: &dyn Fn(&[f64]) -> Vec<f64>, mut rest: Vec<f64>) -> Vec<f64> {
+    let n = rest.len();
+    let sums = times(&alloc::vec![1.0; n]);
+    let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(x, y)| x * y).sum() };
+    let mut lambda = alloc::vec![0.0; n];
+    let divided = |rest: &[f64]| -> Vec<f64> {
+        let parts = rest.iter().zip(&sums);
+        parts
+            .map(|(r, s)| if *s > 0.0 { r / s } else { 0.0 })
+            .collect()
+    };
+    let mut z = divided(&rest);
+    let mut direction = z.clone();
+    let mut size = dot(&rest, &z);
+    let enough = 1e-32 * size;
+    for _ in 0..STEPS {
+        if !(size > enough) {
+            break;
         }
-        lambda
+        let mut image = times(&direction);
+        for ((i, s), d) in image.iter_mut().zip(&sums).zip(&direction) {
+            *i += s * d;
+        }
+        let step = size / dot(&direction, &image);
+        for (((l, r), d), i) in lambda.iter_mut().zip(&mut rest).zip(&direction).zip(&image) {
+            *l += step * d;
+            *r -= step * i;
+        }
+        z = divided(&rest);
+        let next = dot(&rest, &z);
+        for (d, z) in direction.iter_mut().zip(&z) {
+            *d = z + next / size * *d;
+        }
+        size = next;
     }
+    lambda
 }

@@ -12,19 +12,16 @@
 use alloc::collections::BTreeMap;
 use alloc::vec::Vec;
 
-use fredholm_core::{DefaultGenerator, Real, RngUniforms, Uniforms as _, WalkSeeds};
-use fredholm_scene::Scene;
+use fredholm_core::{DefaultGenerator, Real, RngUniforms, WalkSeeds};
+use fredholm_scene::{Mean, Ray, Scene, areas};
 use fredholm_surfaces::Enclosure;
-use fredholm_surfaces::space::{Vector, cross, dot, least_axis, sub, unit};
 
 use crate::FactorsError;
+use crate::close::multipliers;
 use crate::sky::Sky;
 
 /// The rays of a block, the unit of work.
 pub const RAYS_OF_BLOCK: u64 = 1024;
-
-/// The most steps of conjugate gradients, as many as exact factors take.
-const STEPS: usize = 200;
 
 /// A scene from whose groups of faces rays leave.
 ///
@@ -48,8 +45,9 @@ const STEPS: usize = 200;
 pub struct Rays<'a> {
     scene: &'a Scene,
     group_of: &'a [usize],
-    /// The faces of every group, each with the area of all before it and itself.
-    faces: Vec<Vec<(u32, f64)>>,
+    /// The faces of every group, and of each the area of all before it and itself.
+    faces: Vec<Vec<u32>>,
+    ends: Vec<Vec<f64>>,
     sky: Option<&'a Sky>,
     seed: u64,
 }
@@ -116,15 +114,18 @@ impl<'a> Rays<'a> {
         if sky.is_some() && scene.enclosure() == Enclosure::Closed {
             return Err(FactorsError::NoSky);
         }
-        let mut faces: Vec<Vec<(u32, f64)>> = alloc::vec![Vec::new(); count];
-        for ((number, face), &group) in (0..).zip(scene.faces()).zip(group_of) {
-            let before = faces[group].last().map_or(0.0, |own| own.1);
-            faces[group].push((number, before + face.area));
+        let mut faces: Vec<Vec<u32>> = alloc::vec![Vec::new(); count];
+        for (number, &group) in (0..).zip(group_of) {
+            faces[group].push(number);
         }
+        // All of them are faces of the scene.
+        let ends = |own: &Vec<u32>| areas(scene.geometry(), own).unwrap_or_default();
+        let ends = faces.iter().map(ends).collect();
         Ok(Self {
             scene,
             group_of,
             faces,
+            ends,
             sky,
             seed,
         })
@@ -133,8 +134,8 @@ impl<'a> Rays<'a> {
     /// The area of a group, in the square of the scene's unit of length.
     #[must_use]
     pub fn area(&self, group: usize) -> f64 {
-        let own = self.faces.get(group).and_then(|faces| faces.last());
-        own.map_or(0.0, |own| own.1)
+        let own = self.ends.get(group).and_then(|ends| ends.last());
+        own.copied().unwrap_or(0.0)
     }
 
     /// The number of groups.
@@ -153,41 +154,20 @@ impl<'a> Rays<'a> {
     #[must_use]
     pub fn block(&self, group: usize, number: u64) -> RayCounts {
         let mut counts = RayCounts::default();
-        let faces = self.faces.get(group).map_or(&[][..], Vec::as_slice);
-        let area = self.area(group);
-        if faces.is_empty() {
+        let geometry = self.scene.geometry();
+        let own = self.faces.get(group).zip(self.ends.get(group));
+        let Some(Ok(own)) = own.map(|(faces, ends)| Mean::new(geometry, faces, ends)) else {
             return counts;
-        }
+        };
         counts.rays = RAYS_OF_BLOCK;
         if let Some(sky) = self.sky {
             counts.sky = alloc::vec![0; sky.patches().len() + 1];
         }
-        let mut draws = RngUniforms(
-            WalkSeeds::<DefaultGenerator>::new(self.seed, group as u64).generator(number),
-        );
+        let seeds = WalkSeeds::<DefaultGenerator>::new(self.seed, group as u64);
+        let mut draws = RngUniforms(seeds.generator(number));
         for _ in 0..RAYS_OF_BLOCK {
-            let mut draw = || -> f64 { draws.uniform() };
-            let place = draw() * area;
-            let at = faces
-                .partition_point(|own| own.1 <= place)
-                .min(faces.len() - 1);
-            let number = faces[at].0;
-            let Some(face) = self.scene.faces().get(number as usize) else {
-                continue;
-            };
-            let origin = point(face.polygon(), [draw(), draw(), draw()]);
-            let n = face.normal;
-            let x = unit(cross(n, least_axis(n)));
-            let y = cross(n, x);
-            let (u, angle) = (draw(), core::f64::consts::TAU * draw());
-            let r = Real::sqrt(u);
-            let (a, b, c) = (
-                r * Real::cos(angle),
-                r * Real::sin(angle),
-                Real::sqrt(1.0 - u),
-            );
-            let direction: Vector<f64> = core::array::from_fn(|k| a * x[k] + b * y[k] + c * n[k]);
-            match self.scene.geometry().meet(number, origin, direction) {
+            let Ray { from, direction } = own.ray(&mut draws);
+            match geometry.meet(from.face, from.position, direction) {
                 Some(hit) if hit.back => {}
                 Some(hit) => {
                     let other = self
@@ -207,30 +187,6 @@ impl<'a> Rays<'a> {
         }
         counts
     }
-}
-
-/// A point of a convex polygon, uniform by area: a triangle of its fan by the first number, a place in it by the others.
-fn point(polygon: &[Vector<f64>], [pick, s, t]: [f64; 3]) -> Vector<f64> {
-    let [a, b, c, rest @ ..] = polygon else {
-        return [f64::NAN; 3];
-    };
-    let double = |p: Vector<f64>, q: Vector<f64>| {
-        let n = cross(sub(p, *a), sub(q, *a));
-        Real::sqrt(dot(n, n))
-    };
-    let (mut p, mut q) = (*b, *c);
-    if let [d, ..] = rest {
-        let (first, second) = (double(*b, *c), double(*c, *d));
-        if pick * (first + second) >= first {
-            (p, q) = (*c, *d);
-        }
-    }
-    let (s, t) = if s + t > 1.0 {
-        (1.0 - s, 1.0 - t)
-    } else {
-        (s, t)
-    };
-    core::array::from_fn(|k| a[k] + s * (p[k] - a[k]) + t * (q[k] - a[k]))
 }
 
 /// Form factors of groups from rays.
@@ -354,7 +310,6 @@ impl RayFactors {
 
 /// Changes exchange areas by w (λ_a + λ_b), w = X/(d_a + d_b), so that all rows sum to the areas.
 fn close(areas: &[f64], pairs: &mut BTreeMap<[u32; 2], f64>, density: impl Fn(usize) -> f64) {
-    let n = areas.len();
     let weights: Vec<([usize; 2], f64)> = pairs
         .iter()
         .map(|(&[a, b], &exchange)| {
@@ -362,14 +317,12 @@ fn close(areas: &[f64], pairs: &mut BTreeMap<[u32; 2], f64>, density: impl Fn(us
             ([a, b], exchange / (density(a) + density(b)))
         })
         .collect();
-    // The sums over rows of w (λ_a + λ_b).
-    let product = |of: &[f64]| {
-        let mut sums = alloc::vec![0.0; n];
+    let times = |of: &[f64]| {
+        let mut sums = alloc::vec![0.0; areas.len()];
         for &([a, b], w) in &weights {
-            let both = w * (of[a] + of[b]);
-            sums[a] += both;
+            sums[a] += w * of[b];
             if a != b {
-                sums[b] += both;
+                sums[b] += w * of[a];
             }
         }
         sums
@@ -381,32 +334,8 @@ fn close(areas: &[f64], pairs: &mut BTreeMap<[u32; 2], f64>, density: impl Fn(us
             rest[b as usize] -= exchange;
         }
     }
-    let inner = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
-    let mut lambda = alloc::vec![0.0; n];
-    let mut direction = rest.clone();
-    let mut square = inner(&rest, &rest);
-    let start = square;
-    for _ in 0..STEPS {
-        if !(square > 1e-30 * start) {
-            break;
-        }
-        let image = product(&direction);
-        let step = square / inner(&direction, &image);
-        if !step.is_finite() {
-            break;
-        }
-        for k in 0..n {
-            lambda[k] += step * direction[k];
-            rest[k] -= step * image[k];
-        }
-        let next = inner(&rest, &rest);
-        let turn = next / square;
-        square = next;
-        for (d, r) in direction.iter_mut().zip(&rest) {
-            *d = r + turn * *d;
-        }
-    }
-    for (exchange, ([a, b], w)) in pairs.values_mut().zip(weights) {
-        *exchange += w * (lambda[a] + lambda[b]);
+    let lambda = multipliers(&times, rest);
+    for (exchange, ([a, b], w)) in pairs.values_mut().zip(&weights) {
+        *exchange += w * (lambda[*a] + lambda[*b]);
     }
 }

@@ -13,6 +13,7 @@ use fredholm_core::array::from_fn;
 use fredholm_surfaces::Enclosure;
 
 use crate::geometry::{Face, Node};
+use crate::radiosity::Radiosity;
 use crate::ray::Backs;
 use crate::scene::Scene;
 use crate::vector::{Vector, along, centroid, cross, dot, least_axis, norm, ring, sub, turn, unit};
@@ -376,7 +377,8 @@ impl View {
         let y = cross(face.normal, x);
         for (k, from) in (0..).zip(core::iter::once(middle).chain(origins)) {
             for ray in 0..RAYS {
-                let direction = direction(k * RAYS + ray, [x, y, face.normal]);
+                let numbers = spread(k * RAYS + ray);
+                let direction = Radiosity::<f64>::direction([x, y], face.normal, numbers);
                 view.rays += 1;
                 match geometry.nearest(Some(face), from, direction, Backs::Block) {
                     None => view.misses += 1,
@@ -511,24 +513,17 @@ fn judge(scene: &Scene, cuts: &mut Vec<Cut>) {
     }
 }
 
-/// Directions spread by the cosine law: multiples of irrational numbers (Weyl 1916).
-fn direction(k: u32, [x, y, z]: [Vector<f64>; 3]) -> Vector<f64> {
+/// Numbers from 0 to 1 that are spread evenly: multiples of irrational numbers (Weyl 1916).
+fn spread(k: u32) -> [f64; 2] {
     let fraction = |a: f64| {
         let multiple = (f64::from(k) + 0.5) * a;
         multiple - (multiple as u64) as f64
     };
     // The plastic number's powers.
-    let (u, v) = (
+    [
         fraction(0.754_877_666_246_692_7),
         fraction(0.569_840_290_998_053_3),
-    );
-    let (r, angle) = (Real::sqrt(u), core::f64::consts::TAU * v);
-    let (a, b, c) = (
-        r * Real::cos(angle),
-        r * Real::sin(angle),
-        Real::sqrt(1.0 - u),
-    );
-    from_fn(|i| a * x[i] + b * y[i] + c * z[i])
+    ]
 }
 
 /// Whether a point of its plane is in a convex polygon.

@@ -59,9 +59,9 @@ pub use fredholm_surfaces::{
 };
 pub use geometry::{Face, Geometry, Node, Triangle};
 pub use lambert::{form_factor_from_origin, form_factor_of_point};
-pub use means::Mean;
 #[cfg(feature = "alloc")]
 pub use means::areas;
+pub use means::{Mean, Ray};
 #[cfg(feature = "alloc")]
 pub use mesh::Cells;
 pub use precision::{Precision, Rounding};

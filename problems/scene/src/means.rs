@@ -9,8 +9,8 @@ use num_traits::{one, zero};
 use crate::SceneError;
 use crate::cells::folded;
 use crate::geometry::{Face, Geometry};
-use crate::radiosity::Point;
-use crate::vector::{Vector, along, cross, norm, sub};
+use crate::radiosity::{Point, Radiosity};
+use crate::vector::{Vector, along, cross, least_axis, norm, sub, unit};
 
 /// The mean of u over some faces by area: walks start on them uniformly.
 ///
@@ -121,6 +121,29 @@ impl<'a, F: Real> Mean<'a, F> {
         let number = self.faces.get(place).copied().unwrap_or(u32::MAX);
         on_face(self.geometry, number, share, numbers)
     }
+}
+
+impl Mean<'_, f64> {
+    /// A ray that leaves the faces evenly, and by the cosine law, as light of one brightness does.
+    pub fn ray<U: Uniforms<f64>>(&self, uniforms: &mut U) -> Ray {
+        let from = self.point(uniforms);
+        let numbers = [uniforms.uniform(), uniforms.uniform()];
+        let normal = self.geometry.face(from.face).map(|face| face.normal);
+        let normal = normal.unwrap_or([f64::NAN; 3]);
+        let across = unit(cross(normal, least_axis(normal)));
+        let tangents = [across, cross(normal, across)];
+        let direction = Radiosity::<f64>::direction(tangents, normal, numbers);
+        Ray { from, direction }
+    }
+}
+
+/// A ray from the active side of a face.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Where it begins.
+    pub from: Point<f64>,
+    /// Where it leads: a vector of length 1.
+    pub direction: [f64; 3],
 }
 
 /// The place of the first of ascending ends above a number, and how far that is from the end before to this one, from 0 to 1.

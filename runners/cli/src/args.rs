@@ -1,5 +1,6 @@
 //! The command line.
 
+use core::time::Duration;
 use std::path::{Path, PathBuf};
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -7,7 +8,10 @@ use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
 use fredholm::{Choices, Estimator, Form, Pairs, Scalar, Sequence};
 use fredholm_file::parts::Share;
-use fredholm_file::{KINDS, ProblemFile, SetByFlag as _};
+use fredholm_file::{KINDS, ProblemFile, SetByFlag as _, Walk};
+
+use crate::failure::Failure;
+use crate::solve::time_limit;
 
 /// Solves Fredholm integral equations u = T_K u + F of the second kind by random walks whose
 /// variance is reduced by a neighbour equation. Results are unbiased and carry an error bar.
@@ -231,6 +235,43 @@ pub(crate) struct RatesArgs {
     pub(crate) out: Option<PathBuf>,
 }
 
+/// How exact a solution is that another question needs.
+#[derive(Debug, Args)]
+pub(crate) struct WalkArgs {
+    /// Walk until the standard errors of u are no larger
+    #[arg(long, visible_alias = "error", value_name = "E")]
+    pub(crate) target_error: Option<f64>,
+    /// Interpret the target error relative to the estimate
+    #[arg(long)]
+    pub(crate) relative: bool,
+    /// Walks for each value, or for all if one set of walks answers them; with a target error the maximum number
+    #[arg(long, value_name = "N", value_parser = count::<u64>)]
+    pub(crate) walks: Option<u64>,
+    /// Stop walking after this time with what has been done by then; of several solutions each
+    #[arg(long, value_name = "SECONDS")]
+    pub(crate) time_limit: Option<f64>,
+    /// Seed of the walks
+    #[arg(long, value_name = "S", value_parser = count::<u64>)]
+    pub(crate) seed: Option<u64>,
+}
+
+impl WalkArgs {
+    /// Puts what is given in the place of what the file says.
+    pub(crate) fn replace(&self, walk: &mut Walk) {
+        walk.walks.set_by("--walks", self.walks);
+        walk.seed.set_by("--seed", self.seed);
+        walk.target_error
+            .set_by("--target-error", self.target_error);
+        walk.relative
+            .set_by("--relative", self.relative.then_some(true));
+    }
+
+    /// The time limit.
+    pub(crate) fn limit(&self) -> Result<Option<Duration>, Failure> {
+        self.time_limit.map(time_limit).transpose()
+    }
+}
+
 /// Options of `certify`.
 #[derive(Debug, Args)]
 #[command(allow_negative_numbers = true)]
@@ -249,21 +290,8 @@ pub(crate) struct CertifyArgs {
     /// Form factors in place of a solution: .csv (from, to, factor) or View3D's text
     #[arg(long, value_name = "FILE", conflicts_with_all = ["with", "target_error", "relative", "walks", "time_limit", "seed"])]
     pub(crate) factors: Option<PathBuf>,
-    /// Walk until the standard errors of u are no larger
-    #[arg(long, visible_alias = "error", value_name = "E")]
-    pub(crate) target_error: Option<f64>,
-    /// Interpret the target error relative to the estimate
-    #[arg(long)]
-    pub(crate) relative: bool,
-    /// Walks for each value, or for all if one set of walks answers them; with a target error the maximum number
-    #[arg(long, value_name = "N", value_parser = count::<u64>)]
-    pub(crate) walks: Option<u64>,
-    /// Stop walking after this time with what has been done by then
-    #[arg(long, value_name = "SECONDS")]
-    pub(crate) time_limit: Option<f64>,
-    /// Seed of the walks
-    #[arg(long, value_name = "S", value_parser = count::<u64>)]
-    pub(crate) seed: Option<u64>,
+    #[command(flatten)]
+    pub(crate) walk: WalkArgs,
     #[command(flatten)]
     pub(crate) common: Common,
     /// Write all values to this file: .json, .csv, or .svg for a picture of the errors along one coordinate; of form factors .json
@@ -279,21 +307,8 @@ pub(crate) struct FitArgs {
     /// A quantity that is looked for, in place of those of the file; may come several times
     #[arg(long, value_name = "NAME")]
     pub(crate) quantity: Vec<String>,
-    /// Walk until the standard errors of u are no larger
-    #[arg(long, visible_alias = "error", value_name = "E")]
-    pub(crate) target_error: Option<f64>,
-    /// Interpret the target error relative to the estimate
-    #[arg(long)]
-    pub(crate) relative: bool,
-    /// Walks for each target in each solution; with a target error the maximum number
-    #[arg(long, value_name = "N", value_parser = count::<u64>)]
-    pub(crate) walks: Option<u64>,
-    /// Stop walking after this time in each solution
-    #[arg(long, value_name = "SECONDS")]
-    pub(crate) time_limit: Option<f64>,
-    /// Seed of the walks
-    #[arg(long, value_name = "S", value_parser = count::<u64>)]
-    pub(crate) seed: Option<u64>,
+    #[command(flatten)]
+    pub(crate) walk: WalkArgs,
     #[command(flatten)]
     pub(crate) common: Common,
     /// Write the file with the values that were found (.toml), or the result (.json)

@@ -6,14 +6,13 @@ use std::path::Path;
 
 use fredholm::report::Coordinates;
 use fredholm::{Certificate, CertifiedValue, Field, SolveError, Solver, StopReason, Verdict};
-use fredholm_file::SetByFlag as _;
 use fredholm_file::parts::output::Output;
 use fredholm_plot::{Axis, GridCurve, GridPoint};
 
 use crate::args::CertifyArgs;
 use crate::failure::{Ended, Failure, print, say};
 use crate::progress::{Progress, Signals};
-use crate::solve::{Problem, read, time_limit};
+use crate::solve::{Problem, read};
 use crate::table;
 use crate::threads::with_threads;
 
@@ -60,16 +59,10 @@ pub(crate) fn certify(args: &CertifyArgs, signals: &Signals) -> Result<Ended, Fa
         return factors::certify(args, given);
     }
     let mut file = read(&args.file, |file| {
-        let walk = &mut file.walk;
-        walk.walks.set_by("--walks", args.walks);
-        walk.seed.set_by("--seed", args.seed);
-        walk.target_error
-            .set_by("--target-error", args.target_error);
-        walk.relative
-            .set_by("--relative", args.relative.then_some(true));
+        args.walk.replace(&mut file.walk);
     })?;
     let output = args.out.as_deref().map(Format::open).transpose()?;
-    let limit = args.time_limit.map(time_limit).transpose()?;
+    let limit = args.walk.limit()?;
     let is_table = |text: &String| {
         let path = Path::new(text);
         path.exists()

@@ -3,26 +3,20 @@
 use std::path::Path;
 
 use fredholm::SolveError;
+use fredholm_file::Placed;
 use fredholm_file::parts::output::Output;
-use fredholm_file::{Placed, SetByFlag as _};
 
 use crate::args::FitArgs;
 use crate::failure::{Ended, Failure, print, say};
 use crate::progress::{Progress, Signals};
-use crate::solve::{Problem, read, time_limit};
+use crate::solve::{Problem, read};
 use crate::table;
 use crate::threads::with_threads;
 
 /// Runs `fit`.
 pub(crate) fn fit(args: &FitArgs, signals: &Signals) -> Result<Ended, Failure> {
     let file = read(&args.file, |file| {
-        let walk = &mut file.walk;
-        walk.walks.set_by("--walks", args.walks);
-        walk.seed.set_by("--seed", args.seed);
-        walk.target_error
-            .set_by("--target-error", args.target_error);
-        walk.relative
-            .set_by("--relative", args.relative.then_some(true));
+        args.walk.replace(&mut file.walk);
         if !args.quantity.is_empty() {
             let named = args.quantity.iter().cloned();
             file.fit = named.map(|name| Placed::flag("--quantity", name)).collect();
@@ -34,7 +28,7 @@ pub(crate) fn fit(args: &FitArgs, signals: &Signals) -> Result<Ended, Failure> {
         _ => Err(Failure::of_out(path, "the name must end in .toml or .json")),
     };
     let output = args.out.as_deref().map(open).transpose()?;
-    let limit = args.time_limit.map(time_limit).transpose()?;
+    let limit = args.walk.limit()?;
     let problem = Problem::new(file, limit)?;
     let fitting = problem.file.fitting(problem.model())?;
     let progress = Progress::new(u64::MAX, signals);

@@ -207,7 +207,19 @@ impl Parts {
 
     /// The number of rows.
     pub(crate) fn count(&self) -> usize {
-        self.rows.as_ref().map_or(self.names.len(), Vec::len)
+        self.wanted().len()
+    }
+
+    /// The numbers of the rows.
+    pub(crate) fn wanted(&self) -> Vec<usize> {
+        let all = || (0..self.names.len()).collect();
+        self.rows.clone().unwrap_or_else(all)
+    }
+
+    /// Whether a face is in one of the rows.
+    fn wants(&self, face: usize) -> bool {
+        let own = self.rows.as_ref().zip(self.group_of.get(face));
+        own.is_none_or(|(rows, group)| rows.contains(group))
     }
 
     pub(crate) fn row_names(&self, rows: &[usize]) -> Vec<String> {
@@ -234,14 +246,7 @@ impl Parts {
         let error = args.error.unwrap_or(ERROR);
         let sights = Sights::new(scene, error).map_err(Failure::input)?;
         let faces = scene.faces().len();
-        let is_wanted = |face: &usize| {
-            let group = self.group_of.get(*face);
-            self.rows
-                .as_ref()
-                .zip(group)
-                .is_none_or(|(rows, group)| rows.contains(group))
-        };
-        let wanted: Vec<usize> = (0..faces).filter(is_wanted).collect();
+        let wanted: Vec<usize> = (0..faces).filter(|&face| self.wants(face)).collect();
         let step = wanted.len().div_ceil(SAMPLE).max(1);
         let sample: Vec<f64> = wanted
             .iter()
@@ -274,14 +279,7 @@ fn exact(
 ) -> Result<(Factors, bool), Failure> {
     let sights = Sights::new(scene, args.error.unwrap_or(ERROR)).map_err(Failure::input)?;
     let count = scene.faces().len();
-    let is_wanted = |face: usize| {
-        let group = parts.group_of.get(face);
-        parts
-            .rows
-            .as_ref()
-            .zip(group)
-            .is_none_or(|(rows, group)| rows.contains(group))
-    };
+    let is_wanted = |face: usize| parts.wants(face);
     let all_rows = |face: usize| {
         if watch.is_over() {
             return None;
@@ -364,13 +362,15 @@ fn exact(
     for &group in parts.group_of.get(finished..).unwrap_or(&[]) {
         is_known[group] = false;
     }
-    let wanted = || match &parts.rows {
-        Some(rows) => rows.clone(),
-        None => (0..parts.names.len()).collect(),
-    };
     let chosen: Option<Vec<usize>> = match (is_finished, &parts.rows) {
         (true, None) => None,
-        _ => Some(wanted().into_iter().filter(|&row| is_known[row]).collect()),
+        _ => Some(
+            parts
+                .wanted()
+                .into_iter()
+                .filter(|&row| is_known[row])
+                .collect(),
+        ),
     };
     if !is_finished {
         say(format_args!(

@@ -2,7 +2,8 @@
 
 use fredholm::room::{Material, Surfaces};
 use fredholm::{
-    Fitting, Measured, Measurement, Model, RoomModel, Scalar, Solver, Uncertainty, Unknown,
+    Fitting, Measured, Measurement, Model, Quantity, RoomModel, Scalar, Solver, Uncertainty,
+    Unknown,
 };
 use fredholm_core::{DefaultGenerator, RngUniforms, Uniforms, WalkSeeds};
 
@@ -95,6 +96,15 @@ impl Furnace {
     }
 }
 
+/// The quantity of this name as one that is looked for.
+fn unknown(all: &[Quantity], name: &str) -> Unknown {
+    let quantity = all.iter().find(|own| own.name == name);
+    Unknown {
+        quantity: quantity.unwrap().clone(),
+        known_to: None,
+    }
+}
+
 /// (λ̂ − λ)ᵀ C⁻¹ (λ̂ − λ) of two quantities.
 fn distance(found: [f64; 2], c: &[Vec<f64>]) -> f64 {
     let [x, y] = found;
@@ -138,14 +148,7 @@ fn ellipses_of_emissivities_cover_the_truth() {
         });
         let start = furnace.model([0.6; 2]);
         let quantities = start.quantities();
-        let unknowns = UNKNOWN.map(|name| Unknown {
-            quantity: quantities
-                .iter()
-                .find(|own| own.name == name)
-                .unwrap()
-                .clone(),
-            known_to: None,
-        });
+        let unknowns = UNKNOWN.map(|name| unknown(&quantities, name));
         let uncertain = Uncertainty {
             quantity: "burner temperature".to_owned(),
             std_error: of_flame,
@@ -195,14 +198,6 @@ fn what_is_not_told_is_refused() {
     let furnace = Furnace::new(&mut draws);
     let model = furnace.model([0.5; 2]);
     let quantities = model.quantities();
-    let unknown = |name: &str| Unknown {
-        quantity: quantities
-            .iter()
-            .find(|own| own.name == name)
-            .unwrap()
-            .clone(),
-        known_to: None,
-    };
     let measured = |target: &str| Measurement {
         target: target.to_owned(),
         what: Measured::Temperature,
@@ -211,7 +206,10 @@ fn what_is_not_told_is_refused() {
     };
     let refusal = |unknowns: &[&str], measurements: &[&str]| {
         let fitting = Fitting {
-            unknowns: unknowns.iter().copied().map(unknown).collect(),
+            unknowns: unknowns
+                .iter()
+                .map(|name| unknown(&quantities, name))
+                .collect(),
             measurements: measurements.iter().copied().map(measured).collect(),
             uncertainties: Vec::new(),
         };

@@ -63,14 +63,15 @@ impl RoomModel {
         }
         let dependent = self.surface_quantities();
         let has_light = !equation.lights().is_empty();
-        let of = |x: &Point<F>, channel: usize, each: &mut dyn FnMut(Dependence)| {
-            if let Some(place) = self.scene.place(x.wall()) {
-                let known = match has_light {
-                    true => equation.known(x).wide().get(channel),
-                    false => 0.0,
-                };
+        let of = |x: &Point<F>, each: &mut dyn FnMut(usize, Dependence)| {
+            let Some(place) = self.scene.place(x.wall()) else {
+                return;
+            };
+            let known = has_light.then(|| equation.known(x).wide());
+            for channel in 0..equation.channels() {
+                let known = known.map_or(0.0, |known| known.get(channel));
                 let own = dependent.of_part(channel, place.surface, place.vertex);
-                own.iter().for_each(|on| each(on.knowing(known)));
+                own.iter().for_each(|on| each(channel, on.knowing(known)));
             }
         };
         let job = Sensitivities::new(&job, dependent.quantities.len(), &of);

@@ -116,22 +116,33 @@ impl Cut<'_> {
         let is_asked = request.wanted == Wanted::Derivatives;
         let dependent = is_asked.then(|| model.surface_quantities());
         // Walks are of w = u − F_s: see `LastStep`.
-        let of = |x: &Point<F>, channel: usize, each: &mut dyn FnMut(Dependence)| {
+        let of = |x: &Point<F>, each: &mut dyn FnMut(usize, Dependence)| {
             let Some(dependent) = &dependent else { return };
-            let of_light = |light: usize, value: C::Value| Dependence {
-                quantity: dependent.of_surfaces + light,
-                source: value.wide().get(channel),
-                of_u: 0.0,
+            let channels = 0..equation.channels();
+            let mut of_light = |light: usize, value: C::Value| {
+                let quantity = dependent.of_surfaces + light;
+                for channel in channels.clone() {
+                    let on = Dependence {
+                        quantity,
+                        source: value.wide().get(channel),
+                        of_u: 0.0,
+                    };
+                    each(channel, on);
+                }
             };
             let Some(place) = model.scene.place(x.face as usize) else {
-                return each(of_light(0, equation.0.source(x, &mut NoDraws)));
+                return of_light(0, equation.0.source(x, &mut NoDraws));
             };
-            let known = equation.0.known(x).wide().get(channel);
-            let own = dependent.of_part(channel, place.surface, 0);
-            own.iter().for_each(|on| each(on.knowing(known)));
             let first = usize::from(model.scene.sky().is_some());
-            let beams = &mut |beam: usize, light| each(of_light(first + beam, light));
-            equation.0.reflected_of_beams(x, beams);
+            equation
+                .0
+                .reflected_of_beams(x, &mut |beam, light| of_light(first + beam, light));
+            let known = equation.0.known(x).wide();
+            for channel in channels {
+                let own = dependent.of_part(channel, place.surface, 0);
+                own.iter()
+                    .for_each(|on| each(channel, on.knowing(known.get(channel))));
+            }
         };
         let quantities = dependent.as_ref().map_or(0, |own| own.quantities.len());
         // What beams give to what faces in a direction comes by no state.
