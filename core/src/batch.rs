@@ -119,10 +119,10 @@ impl Batch {
         self.statistics.walks() + (self.last != NONE) as u64 + self.silent
     }
 
-    /// The walk that is next, and its place among those of the batch; `None`: all have been run.
+    /// The walk that is next, and its place among those of the batch, where every walk scores; `None`: all have been run.
     #[inline(always)]
     pub(crate) fn next_number(&self) -> Option<WalkNumber> {
-        let replicate = self.next.saturating_sub(self.walks());
+        let replicate = self.next.saturating_sub(self.statistics.walks());
         (!self.is_done()).then_some(WalkNumber {
             walk: self.next,
             replicate,

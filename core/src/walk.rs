@@ -216,9 +216,7 @@ impl<P, F, V> Visitor<P, F, V> for () {
 }
 
 /// One after the other.
-impl<P, F: Copy, V, A: Visitor<P, F, V>, B: Visitor<P, F, V>> Visitor<P, F, V>
-    for (&mut A, &mut B)
-{
+impl<P, F: Copy, V, A: Visitor<P, F, V>, B: Visitor<P, F, V>> Visitor<P, F, V> for (A, &mut B) {
     #[inline(always)]
     fn enter(&mut self, x: &Located<P>, weights: &Both<V>) {
         self.0.enter(x, weights);
@@ -481,14 +479,13 @@ impl<E: Equation, N: NeighbourOf<E> + ?Sized> Followed<'_, E, N> {
         U: Uniforms<E::Scalar>,
         T: Visitor<E::Point, E::Scalar, E::Value>,
     {
-        let mut sums = Sums::new(self.equation.channels());
-        let mut visitor = (&mut sums, beside);
+        let mut visitor = (Sums::new(self.equation.channels()), beside);
         let (states, mut termination) =
             self.walk(x0, course, uniforms, control_draws, &mut visitor);
         let Both {
             equation,
             neighbour,
-        } = sums.0;
+        } = visitor.0.0;
         let (plain, control) = (equation.scaled(phi), neighbour.scaled(phi));
         // An infinity or NaN in either stays one in the difference.
         if !plain.minus(&control).is_finite() {
