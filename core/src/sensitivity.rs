@@ -11,6 +11,9 @@ const KEPT: usize = 64;
 
 /// What a point x has to do with a quantity λ of the equation: the derivative u' = ∂u/∂λ solves u' = T u' + `source` + `of_u` u there.
 ///
+/// Where λ changes the kernel in another way than as a factor of k(x, ·), a step has to do with it: from y to x it scores (∂k/∂λ)/k (y, x) times what
+/// is estimated of u at x, so that `of_u` is this ratio.
+///
 /// ```
 /// use fredholm_core::Dependence;
 ///
@@ -40,10 +43,10 @@ impl Dependence {
     }
 }
 
-/// Hands on the dependences of a point, each with the number of its channel.
-pub type Dependences<'a, P> = dyn Fn(&P, &mut dyn FnMut(usize, Dependence)) + Sync + 'a;
+/// Hands on the dependences of a point, and of the step from the point before it, if there is one, each with the number of its channel.
+pub type Dependences<'a, P> = dyn Fn(Option<&P>, &P, &mut dyn FnMut(usize, Dependence)) + Sync + 'a;
 
-/// The derivatives of functionals with respect to quantities λ that F(x) and k(x, ·) depend on at some points x, and k(x, ·) as a whole.
+/// The derivatives of functionals with respect to quantities λ that F(x) and k(x, ·) depend on at some points x.
 ///
 /// The derivative of u solves u' = T u' + s + c u, where s(x) + c(x) u(x) = ∂F/∂λ + (∂T/∂λ) u. So
 ///
@@ -54,7 +57,8 @@ pub type Dependences<'a, P> = dyn Fn(&P, &mut dyn FnMut(usize, Dependence)) + Sy
 /// where u* solves the adjoint equation and W_l is the weight of a walk from Φ in its l-th state: a walk passes all that could change its
 /// functional. Given that state, the rest of the walk estimates u there, with v as control variate: û = v(x_l) + D_l, where
 /// D_l is the difference of what both equations score on the suffix. So every state of every walk scores on the quantities that its point has to do
-/// with, and on no others: derivatives with respect to a thousand take hardly longer than those with respect to one.
+/// with, and on no others: derivatives with respect to a thousand take hardly longer than those with respect to one. Where k(x, ·) as a whole grows
+/// with λ the point says so, since (∂T/∂λ) u is then a multiple of u − F; where it does not, the step from x says by how much k grows along it.
 ///
 /// They are the walks of [`Goals`], whose statistics stay as they are to the bit. Behind those of a goal come, statistic by statistic, the derivatives
 /// with respect to all quantities. A walk that misses a quantity costs nothing there: it is counted with all that did. When walks end, these derivatives
@@ -86,7 +90,7 @@ pub type Dependences<'a, P> = dyn Fn(&P, &mut dyn FnMut(usize, Dependence)) + Sy
 ///
 /// let (none, goals) = (NoNeighbour::new(&Half), [Goal::new(At(0.5), Some(0.0))]);
 /// let walks = Goals::new(&Half, &none, &goals, WalkOptions::default());
-/// let both = |_: &f64, each: &mut dyn FnMut(usize, Dependence)| {
+/// let both = |_: Option<&f64>, _: &f64, each: &mut dyn FnMut(usize, Dependence)| {
 ///     each(0, Dependence { quantity: 0, source: -1.5, of_u: 2.0 });
 ///     each(0, Dependence { quantity: 1, source: 1.0, of_u: 0.0 });
 /// };
@@ -141,6 +145,7 @@ impl<'a, E: Equation, N: ?Sized, T, G> Sensitivities<'a, E, N, T, G> {
 
 /// A state that is kept.
 struct Passed<E: Equation> {
+    before: Option<E::Point>,
     x: Located<E::Point>,
     weight: E::Value,
     /// H v in the state, less all that scored before it.
@@ -155,6 +160,8 @@ struct Passages<'n, E: Equation, N: ?Sized> {
     /// The number of states before those that are kept, and of all so far.
     before: u32,
     entered: u32,
+    /// The last state.
+    last: Option<E::Point>,
     /// What the walk has scored so far: Σ (W F − H G), less the scores of its steps.
     score: WideOf<E>,
 }
@@ -168,6 +175,7 @@ impl<'n, E: Equation, N: ?Sized> Passages<'n, E, N> {
             kept: 0,
             before: 0,
             entered: 0,
+            last: None,
             score: nothing.wide(),
         }
     }
@@ -176,6 +184,7 @@ impl<'n, E: Equation, N: ?Sized> Passages<'n, E, N> {
     #[inline(always)]
     fn begin(&mut self, before: u32, nothing: &E::Value) {
         (self.kept, self.before, self.entered) = (0, before, 0);
+        self.last = None;
         self.score = nothing.wide();
     }
 }
@@ -186,11 +195,13 @@ impl<E: Equation, N: NeighbourOf<E> + ?Sized> Visitor<E::Point, E::Scalar, E::Va
     #[inline(always)]
     fn enter(&mut self, x: &Located<E::Point>, weights: &Both<E::Value>) {
         self.entered += 1;
+        let before = self.last.replace(x.point);
         if self.entered > self.before
             && let Some(state) = self.states.get_mut(self.kept)
         {
             let v = self.neighbour.value(x).wide();
             *state = Some(Passed {
+                before,
                 x: *x,
                 weight: weights.equation,
                 own: weights.neighbour.wide().times(&v).minus(&self.score),
@@ -277,7 +288,7 @@ where
                 let score = phi * (on.source * weight + on.of_u * rest.get(channel));
                 self.add((channel, on.quantity), (walk, score), to);
             };
-            (self.dependences)(&state.x.point, &mut add);
+            (self.dependences)(state.before.as_ref(), &state.x.point, &mut add);
         }
     }
 
@@ -395,9 +406,9 @@ mod tests {
         then(&Goals::new(&Two, &none, &goals, WalkOptions::default()).with_sum(&WEIGHTS))
     }
 
-    /// Channels and their sum, of each u, ∂u/∂r, and ∂u/∂F on the left half; after walks in pieces of so many.
-    fn run(piece: u64) -> [Batch; 9] {
-        let both = |x: &f64, each: &mut dyn FnMut(usize, Dependence)| {
+    /// Channels and their sum, of each u; and of each ∂u/∂r by points and by steps, and ∂u/∂F on the left half; after walks in pieces of so many.
+    fn run(piece: u64) -> [Batch; 12] {
+        let both = |before: Option<&f64>, x: &f64, each: &mut dyn FnMut(usize, Dependence)| {
             for (channel, rho) in RHO.into_iter().enumerate() {
                 let by_rho = Dependence {
                     quantity: 0,
@@ -405,9 +416,17 @@ mod tests {
                     of_u: 1.0 / rho,
                 };
                 each(channel, by_rho);
+                if before.is_some() {
+                    let by_step = Dependence {
+                        quantity: 1,
+                        source: 0.0,
+                        of_u: 1.0 / rho,
+                    };
+                    each(channel, by_step);
+                }
                 if *x < 0.5 {
                     let by_source = Dependence {
-                        quantity: 1,
+                        quantity: 2,
                         source: 1.0,
                         of_u: 0.0,
                     };
@@ -415,13 +434,13 @@ mod tests {
                 }
             }
         };
-        let mut batches = [Batch::new(0, WALKS, WALKS); 9];
+        let mut batches = [Batch::new(0, WALKS, WALKS); 12];
         with_walks(|walks| {
-            let job = Sensitivities::new(walks, 2, &both);
+            let job = Sensitivities::new(walks, 3, &both);
             while !batches[0].is_done() {
                 job.run(0, &mut batches, piece).unwrap();
                 let walks = batches.map(|batch| batch.statistics().walks());
-                assert_eq!(walks, [walks[0]; 9]);
+                assert_eq!(walks, [walks[0]; 12]);
             }
         });
         batches
@@ -434,8 +453,9 @@ mod tests {
         for (channel, rho) in RHO.into_iter().enumerate() {
             let u = 1.0 / (1.0 - rho);
             // The start is on the left, and half of all other states.
-            let exact = [u, u * u, 1.0 + 0.5 * rho * u];
-            for (number, exact) in [channel, 3 + 2 * channel, 4 + 2 * channel]
+            let exact = [u, u * u, u * u, 1.0 + 0.5 * rho * u];
+            let first = 3 + 3 * channel;
+            for (number, exact) in [channel, first, first + 1, first + 2]
                 .into_iter()
                 .zip(exact)
             {
@@ -443,10 +463,10 @@ mod tests {
                 assert!(z.abs() < 4.9, "{channel} {number}: {z}");
             }
         }
-        for number in [0, 1] {
+        for number in [0, 1, 2] {
             let sum =
-                WEIGHTS[0] * found[3 + number].estimate + WEIGHTS[1] * found[5 + number].estimate;
-            assert!((found[7 + number].estimate - sum).abs() < 1e-12 * sum.abs());
+                WEIGHTS[0] * found[3 + number].estimate + WEIGHTS[1] * found[6 + number].estimate;
+            assert!((found[9 + number].estimate - sum).abs() < 1e-12 * sum.abs());
         }
     }
 

@@ -129,7 +129,7 @@ impl ProblemFile {
         let message = match nearest(&name.value, &names) {
             Some(known) => format!("there is no quantity {:?}; did you mean {known:?}?", name.value),
             None if names.is_empty() => {
-                "this problem has no quantities: those are of rooms, scenes and equations with parameters".to_owned()
+                "this problem has no quantities: a formula's are the numbers of `[problem.parameters]`".to_owned()
             }
             None => format!(
                 "there is no quantity {:?}: there are {}",
@@ -335,14 +335,25 @@ fn failed(error: InputError) -> SolveError {
     Error::Option { subject, message }.into()
 }
 
-/// The bytes of the number that a quantity stands as: of a surface, in `[[problem.surface]]`, or in `[problem.parameters]`.
+/// The bytes of the number that a quantity stands as: in `[problem]` or a table there, as a key or as one number of its array, or of a surface, in
+/// `[[problem.surface]]`.
 fn place_of(root: &DeTable<'_>, quantity: &str) -> Option<Range<usize>> {
     let problem = root.get("problem")?.get_ref().as_table()?;
-    let parameters = problem
-        .get("parameters")
-        .and_then(|own| own.get_ref().as_table());
-    if let Some(value) = parameters.and_then(|own| own.get(quantity)) {
-        return is_number(value.get_ref()).then(|| value.span());
+    let (key, number) = match quantity.rsplit_once(' ') {
+        Some((key, number)) => (key, number.parse().unwrap_or(0)),
+        None => (quantity, 1_usize),
+    };
+    let within = |table: &DeTable<'_>| {
+        let value = table.get(key)?;
+        let one = match value.get_ref().as_array() {
+            Some(all) => all.get(number.checked_sub(1)?)?,
+            None => Some(value).filter(|_| number == 1)?,
+        };
+        is_number(one.get_ref()).then(|| one.span())
+    };
+    let tables = problem.values().filter_map(|own| own.get_ref().as_table());
+    if let Some(found) = tables.chain([problem]).find_map(within) {
+        return Some(found);
     }
     let surfaces = problem.get("surface")?.get_ref().as_array()?;
     surfaces.iter().find_map(|own| {

@@ -43,7 +43,7 @@ pub use kinds::*;
 pub use answer::SolveObserver;
 pub use budget::Budget;
 pub use certify::{Certificate, CertifiedValue, Verdict};
-pub use custom::{CustomEquation, CustomModel, Uniformly};
+pub use custom::{CustomEquation, CustomModel, PointDependences, Uniformly};
 pub use execute::Execute;
 pub use fit::{Fit, FittedQuantity, FittedTarget, Fitting, Measured, Measurement, Unknown};
 pub use fredholm_core::{Absorption, Estimator, Form, StopReason, Tolerance};

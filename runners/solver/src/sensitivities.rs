@@ -7,7 +7,9 @@ use serde::Serialize;
 
 use crate::answer::Answer;
 use crate::report::Run;
-use crate::{Ask, Budget, Error, Goal, Report, SolveError, Solver, Subject, Target, Uncertainty};
+use crate::{
+    Ask, Budget, Error, Goal, Method, Report, SolveError, Solver, Subject, Target, Uncertainty,
+};
 
 /// Rows in a table for people, about, and the most and the fewest of a target.
 const ROWS: usize = 48;
@@ -272,15 +274,19 @@ impl Solver<'_> {
             if self.model.quantities().is_empty() {
                 let what = match self.model.channels() {
                     [] => {
-                        "are those of rooms, scenes and equations with parameters: leave them out"
+                        "are by quantities, and this equation names none, as `[problem.parameters]` would: leave them out"
                     }
-                    _ => "of bands of heat are not offered: leave them out",
+                    _ => {
+                        "of bands of heat, and of channels that are equations of their own, are not offered: leave them out"
+                    }
                 };
                 return refused(what);
             }
-            let goals = self.goals(&self.targets()?)?;
-            let of_formulas = self.model.with_derivatives(&goals)?;
-            if of_formulas.is_some() && !self.execute.tells_all() {
+            let by_walks = self.walks_tell_derivatives()?;
+            if by_walks && settings.method == Some(Method::Resolvent) {
+                return refused("are told by walks of the equation's chain: leave `method` out");
+            }
+            if !by_walks && !self.execute.tells_all() {
                 return refused(
                     "of formulas are solved after u, and no part of a run: leave them out, or run it as a whole",
                 );
@@ -288,6 +294,12 @@ impl Solver<'_> {
             Ok(())
         };
         self.explained(run())
+    }
+
+    /// Whether derivatives are wanted that the equation's own walks tell.
+    pub(crate) fn walks_tell_derivatives(&self) -> Result<bool, Error> {
+        let is_wanted = self.settings.sensitivities && !self.model.quantities().is_empty();
+        Ok(is_wanted && self.model.with_derivatives(&[])?.is_none())
     }
 
     /// A solution with the derivatives that its own walks do not tell.
@@ -329,12 +341,12 @@ impl Solver<'_> {
         solved
     }
 
-    /// The derivatives of u at all targets with respect to the quantities on which it depends: of rooms and scenes reflectances and emissions of
-    /// surfaces, or emissivities, temperatures and given net fluxes; of formulas their parameters. Of a black surface there is none with respect to its
-    /// reflectance.
+    /// The derivatives of u at all targets with respect to the [quantities](crate::Model::quantities) on which it depends: of rooms and scenes
+    /// reflectances and emissions of surfaces, or emissivities, temperatures and given net fluxes; of circles, spheres and tubes their parameters; of
+    /// formulas theirs. Of a black surface there is none with respect to its reflectance.
     ///
-    /// They are those of [`solve`](Self::solve) [with them](Self::with_sensitivities): the walks of u tell those of rooms and scenes, so that a target
-    /// error is that of u. Derivatives by parameters are the solutions of equations of their own, to which all settings belong.
+    /// They are those of [`solve`](Self::solve) [with them](Self::with_sensitivities): the walks of u tell them, so that a target error is that of u.
+    /// Derivatives by parameters of formulas are the solutions of equations of their own, to which all settings belong.
     ///
     /// # Errors
     /// [`SolveError`]; [`Error::Option`], where the equation has no such quantities.

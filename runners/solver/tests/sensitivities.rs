@@ -1,8 +1,12 @@
 //! Derivatives with respect to reflectances, emissions and temperatures against closed forms and differences.
 
+use fredholm::circle::{Emission, Harmonic};
 use fredholm::room::{Material, Surfaces};
 use fredholm::scene::{Enclosure, Material as Finish, NamedSurface, shapes};
-use fredholm::{CubeModel, Model, RoomModel, Scalar, SceneModel, Solver};
+use fredholm::{
+    CircleModel, CubeModel, Model, RoomModel, Scalar, SceneModel, Sequence, Solver, SphereModel,
+    TubeModel, sphere, tube,
+};
 
 /// A bound of |z| over all derivatives of a test: of some 60 normal numbers the largest exceeds it once in a hundred thousand times, about.
 const SIGMAS: f64 = 4.9;
@@ -96,6 +100,181 @@ fn derivatives_of_a_furnace_sum_to_its_own() {
     }
 }
 
+/// The largest |z| of derivatives of a target with these exact values.
+fn worst(solver: &Solver<'_>, target: &str, exact: &[(&str, f64)]) -> f64 {
+    let found = solver.sensitivities().unwrap();
+    let z = exact.iter().map(|(quantity, exact)| {
+        let own = found.get(target, quantity);
+        let own = own.unwrap_or_else(|| panic!("{quantity} of {target}: {found:?}"));
+        println!("{target} {quantity} {exact} {own:?}");
+        let error = own.std_error.unwrap();
+        assert!(error < 0.2 * (1.0 + exact.abs()), "{quantity}: {own:?}");
+        // Rounding, where walks leave no error.
+        (own.derivative - exact).abs() / error.max(1e-12)
+    });
+    z.fold(0.0, f64::max)
+}
+
+/// In double and in single precision, of draws and of points of low discrepancy.
+#[test]
+fn derivatives_on_a_sphere_have_their_closed_forms() {
+    for (a, g, e) in [
+        (0.8, 0.4, [1.0, 0.5, -0.7, 0.4]),
+        (0.3, 0.1, [0.2, -1.0, 0.0, 2.0]),
+        (0.9, 0.0, [1.0, 0.0, 0.0, 0.5]),
+    ] {
+        let parameters = sphere::Parameters {
+            albedo: a,
+            asymmetry: g,
+            emission: e,
+            forward: 0.4,
+        };
+        let u = SphereModel::new(parameters);
+        let [theta, phi] = [1.1, 0.6_f64];
+        let x = [
+            theta.sin() * phi.cos(),
+            theta.sin() * phi.sin(),
+            theta.cos(),
+        ];
+        let product: f64 = e[1..].iter().zip(x).map(|(e, x)| e * x).sum();
+        let (even, odd) = (1.0 / (1.0 - a), 1.0 / (1.0 - a * g));
+        let at = [
+            ("albedo", e[0] * even * even + g * product * odd * odd),
+            ("asymmetry", a * product * odd * odd),
+            ("emission 1", even),
+            ("emission 2", x[0] * odd),
+            ("emission 4", x[2] * odd),
+        ];
+        let mean = [
+            ("albedo", e[0] * even * even),
+            ("asymmetry", 0.0),
+            ("emission 1", even),
+            ("emission 3", 0.0),
+        ];
+        let solver = || {
+            let solver = Solver::new(&u).at([theta, phi]).mean();
+            solver.walks(40_000).seed(5)
+        };
+        let point = format!("u({theta}, {phi})");
+        for solver in [
+            solver(),
+            solver().scalar(Scalar::F32),
+            solver().sequence(Sequence::Sobol),
+        ] {
+            let z = worst(&solver, &point, &at).max(worst(&solver, "mean", &mean));
+            assert!(z < SIGMAS, "{a} {g}: {z}");
+        }
+    }
+}
+
+/// The light is found by walks and, where there is a last step, in one.
+#[test]
+fn derivatives_on_a_circle_are_those_of_differences() {
+    const STEP: f64 = 1e-3;
+    let harmonic = Harmonic {
+        constant: 5.0,
+        amplitude: 1.0,
+        frequency: 3,
+    };
+    let u = CircleModel::new(vec![0.5, 0.8], Emission::Harmonic(harmonic));
+    let exact = [("constant", 1.0), ("amplitude", 0.9_f64.sin())];
+    let z = worst(&Solver::new(&u).at(0.3).walks(20_000), "u(0.3)", &exact);
+    assert!(z < SIGMAS, "{z}");
+
+    let (rho, lamps) = (vec![0.3, 0.9], vec![1.0, 0.0, 0.0, 0.5]);
+    let model =
+        |rho: &[f64], lamps: &[f64]| CircleModel::new(rho.to_vec(), Emission::Arcs(lamps.to_vec()));
+    let u = model(&rho, &lamps);
+    let value = |rho: &[f64], lamps: &[f64]| {
+        let report = Solver::new(&model(rho, lamps))
+            .at(0.4)
+            .solve_to(1e-7)
+            .unwrap();
+        report.goals[0].value()
+    };
+    let changed = |values: &[f64], i: usize, step: f64| {
+        let mut values = values.to_vec();
+        values[i] += step;
+        values
+    };
+    let of_lamp = |i| value(&rho, &changed(&lamps, i, 1.0)) - value(&rho, &lamps);
+    let of_rho = |i| {
+        let at = |step| value(&changed(&rho, i, step), &lamps);
+        (at(STEP) - at(-STEP)) / (2.0 * STEP)
+    };
+    let exact = [
+        ("emission 1", of_lamp(0)),
+        ("emission 3", of_lamp(2)),
+        ("reflectance 1", of_rho(0)),
+        ("reflectance 2", of_rho(1)),
+    ];
+    for last_step in [false, true] {
+        let solver = Solver::new(&u).at(0.4).walks(40_000).last_step(last_step);
+        let z = worst(&solver, "u(0.4)", &exact);
+        assert!(z < SIGMAS, "{last_step}: {z}");
+    }
+}
+
+#[test]
+fn derivatives_in_a_tube_are_those_of_differences() {
+    const STEP: f64 = 1e-3;
+    let base = tube::Parameters {
+        length: 3.0,
+        reflectance: 0.7,
+        emission: 0.2,
+        ends: [1.0, 0.5],
+    };
+    let value = |parameters: tube::Parameters| {
+        let u = TubeModel::new(parameters);
+        let report = Solver::new(&u)
+            .at(1.0)
+            .weighted("left")
+            .solve_to(1e-9)
+            .unwrap();
+        [report.goals[0].value(), report.goals[1].value()]
+    };
+    let slope = |change: &dyn Fn(f64) -> tube::Parameters| {
+        let [low, high] = [-STEP, STEP].map(|step| value(change(step)));
+        [0, 1].map(|k| (high[k] - low[k]) / (2.0 * STEP))
+    };
+    let slopes = [
+        (
+            "reflectance",
+            slope(&|step| tube::Parameters {
+                reflectance: 0.7 + step,
+                ..base
+            }),
+        ),
+        (
+            "emission",
+            slope(&|step| tube::Parameters {
+                emission: 0.2 + step,
+                ..base
+            }),
+        ),
+        (
+            "ends 1",
+            slope(&|step| tube::Parameters {
+                ends: [1.0 + step, 0.5],
+                ..base
+            }),
+        ),
+        (
+            "ends 2",
+            slope(&|step| tube::Parameters {
+                ends: [1.0, 0.5 + step],
+                ..base
+            }),
+        ),
+    ];
+    let u = TubeModel::new(base);
+    let solver = Solver::new(&u).at(1.0).weighted("left").walks(100_000);
+    for (k, target) in ["u(1)", "left"].into_iter().enumerate() {
+        let z = worst(&solver, target, &slopes.map(|(name, own)| (name, own[k])));
+        assert!(z < SIGMAS, "{target}: {z}");
+    }
+}
+
 #[test]
 fn what_has_no_such_quantities_says_so() {
     let u = CubeModel::from_fn::<1>(|_, _| 0.5, |_| 1.0);
@@ -106,7 +285,7 @@ fn what_has_no_such_quantities_says_so() {
         .unwrap()
         .to_string();
     assert!(
-        refused.contains("sensitivities are those of rooms, scenes and equations with parameters"),
+        refused.contains("sensitivities are by quantities, and this equation names none"),
         "{refused}"
     );
     assert!(u.quantities().is_empty());

@@ -260,15 +260,74 @@ fn walks_that_miss_their_error_or_their_time_have_derivatives() {
     assert!((4096.0..1e9).contains(&walks), "{walks}");
 }
 
+/// Of a sphere: in a table of numbers, in parts, and not by resolvent walks.
+#[test]
+fn a_sphere_tells_derivatives_by_its_numbers() {
+    let problem = "[problem]\nkind = 'sphere'\nalbedo = 0.5\nasymmetry = 0.2\nemission = [1, 0.5, 0, 0]\n\
+        [[target]]\nname = 'mean'\nover = 'all'\n[[target]]\nname = 'pole'\nat = [0, 0]\n\
+        [walk]\nwalks = 20000\nsensitivities = true\n";
+    let folder = Folder::new();
+    let out = folder.at("found.csv");
+    folder.solve(problem, &["--out", &out]).quietly(0);
+    let text = std::fs::read_to_string(&out).unwrap();
+    let mut rows = csv::Reader::from_reader(text.as_bytes());
+    let head = rows.headers().unwrap().clone();
+    let column = |name: &str| head.iter().position(|own| own == name).unwrap();
+    let exact = [
+        ("albedo", [4.0, 4.0]),
+        ("emission 1", [2.0, 2.0]),
+        ("emission 2", [0.0, 0.0]),
+    ];
+    for (row, record) in rows.records().map(Result::unwrap).enumerate() {
+        for (quantity, exact) in exact {
+            let number = |name: &str| record[column(name)].parse::<f64>().unwrap();
+            let [own, error] = [format!("by {quantity}"), format!("by {quantity} std_error")]
+                .map(|name| number(&name));
+            assert!(
+                (own - exact[row]).abs() < SIGMAS * error.max(1e-12) && error < 0.1,
+                "{quantity}: {own} ± {error}"
+            );
+        }
+    }
+    let whole = folder.solve(problem, &["--json"]).quietly(0).json();
+    let parts = [1, 2].map(|part| {
+        let file = folder.at(&format!("{part}.part"));
+        let of = format!("{part}/2");
+        let part = folder.solve(problem, &["--part", &of, "--save", &file]);
+        assert_eq!(part.status, Some(0), "{part:?}");
+        file
+    });
+    let merged = common::fredholm(&["merge", &parts[0], &parts[1], "--json"])
+        .quietly(0)
+        .json();
+    assert_eq!(derivatives(&merged), derivatives(&whole));
+    refused(
+        &folder.solve(problem, &["--method", "resolvent"]),
+        &["are told by walks of the equation's chain"],
+    );
+    let fit = problem.replace("[walk]", "measured = { value = 2.5, error = 0.01 }\n[walk]")
+        + "[fit]\nquantities = ['emission 1']\n";
+    let ran = common::fredholm(&["fit", &folder.file("f.toml", &fit), "--json"])
+        .quietly(0)
+        .json();
+    // At the pole 1/(1 − a) times e₀.
+    let found = number(&list(&ran, "quantities")[0], "value");
+    assert!((found - 1.25).abs() < 0.05, "{found}");
+}
+
 #[test]
 fn what_has_no_derivatives_says_so() {
     let folder = Folder::new();
     let refuse = |problem: &str, words: &[&str]| {
         refused(&folder.solve(problem, &["--sensitivities"]), words);
     };
+    let (none, _) = LINE.split_once("[problem.parameters]").unwrap();
     refuse(
-        common::CIRCLE,
-        &["sensitivities are those of rooms, scenes and equations with parameters"],
+        &format!(
+            "{}[[target]]\nat = 0.5\n",
+            none.replace("a * x", "x").replace("b * x", "x")
+        ),
+        &["sensitivities are by quantities, and this equation names none"],
     );
     let line = LINE.replace("b = '2 * c'\nc = 0.5", "b = 1");
     let jump = line.replace("'b * x'", "'x < a ? b : 0'");

@@ -63,7 +63,7 @@ impl RoomModel {
         }
         let dependent = self.surface_quantities();
         let has_light = !equation.lights().is_empty();
-        let of = |x: &Point<F>, each: &mut dyn FnMut(usize, Dependence)| {
+        let of = |_: Option<&Point<F>>, x: &Point<F>, each: &mut dyn FnMut(usize, Dependence)| {
             let Some(place) = self.scene.place(x.wall()) else {
                 return;
             };

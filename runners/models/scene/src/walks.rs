@@ -116,7 +116,7 @@ impl Cut<'_> {
         let is_asked = request.wanted == Wanted::Derivatives;
         let dependent = is_asked.then(|| model.surface_quantities());
         // Walks are of w = u − F_s: see `LastStep`.
-        let of = |x: &Point<F>, each: &mut dyn FnMut(usize, Dependence)| {
+        let of = |_: Option<&Point<F>>, x: &Point<F>, each: &mut dyn FnMut(usize, Dependence)| {
             let Some(dependent) = &dependent else { return };
             let channels = 0..equation.channels();
             let mut of_light = |light: usize, value: C::Value| {

@@ -15,7 +15,7 @@ use std::sync::OnceLock;
 
 use fredholm_core::galerkin::{Cells, PairIntegral, PairKind, TransitionMoments, buffer};
 use fredholm_core::global::Stationary;
-use fredholm_core::{Density, Equation, Lights, Located, Space};
+use fredholm_core::{Density, Dependence, Equation, Lights, Located, Space};
 use fredholm_rayon::{fill_rows, gathered};
 
 use crate::domain::Domain;
@@ -30,10 +30,11 @@ use fredholm_model::finite::radius_above;
 use fredholm_model::resolvent::{
     self, ByDensity, Grid, ResolventFound, ResolventQuestion, ResolventSizes,
 };
-use fredholm_model::{About, Field, LastSteps, WholeValues};
+use fredholm_model::{About, Field, LastSteps, Quantity, WholeValues};
 pub use regular::Uniformly;
 pub(crate) use regular::grid_levels;
 use system::CustomPartition;
+pub use walk::PointDependences;
 pub(crate) use walk::{Coordinates, Positions};
 use walk::{Equations, OwnLights, Walks, place};
 use whole::{AnyStarts, OwnStarts, UniformStarts};
@@ -154,6 +155,7 @@ pub struct CustomModel<E: CustomEquation> {
     has_arcs: bool,
     takes_resolvent: bool,
     last_steps: LastSteps,
+    quantities: Vec<Quantity>,
     place: Option<Box<PlaceFn>>,
     /// The levels that the equation takes, with n; and the equation on the cells of a run of which nothing is said.
     all: OnceLock<Vec<[usize; 2]>>,
@@ -207,6 +209,7 @@ impl<E: CustomEquation> CustomModel<E> {
                 positions: None,
                 starts,
                 lights: None,
+                dependences: None,
             },
             single: None,
             name: "custom",
@@ -218,6 +221,7 @@ impl<E: CustomEquation> CustomModel<E> {
             has_arcs: false,
             takes_resolvent: true,
             last_steps: LastSteps::Never,
+            quantities: Vec::new(),
             place: None,
             all: OnceLock::new(),
             default: OnceLock::new(),
@@ -279,6 +283,34 @@ impl<E: CustomEquation> CustomModel<E> {
     {
         self.equations.lights = Some(Box::new(OwnLights));
         self.last_steps = LastSteps::Open { pay: pays };
+        self
+    }
+
+    /// Names the quantities on which the equation depends, for [`Solver::sensitivities`](crate::Solver::sensitivities), and says what points and steps
+    /// have to do with each: see [`Dependence`]. The equation in single precision says it for itself.
+    ///
+    /// ```
+    /// use fredholm::sphere::Parameters;
+    /// use fredholm::{Solver, SphereModel};
+    ///
+    /// // The sphere names its albedo a and its emission: the mean of u is e₀/(1 − a).
+    /// let u = SphereModel::new(Parameters { albedo: 0.5, asymmetry: 0.0, emission: [1.0, 0.0, 0.0, 0.0], forward: 0.0 });
+    /// let found = Solver::new(&u).mean().walks(10_000).sensitivities()?;
+    /// let own = found.get("mean", "albedo").unwrap();
+    /// assert!((own.derivative - 4.0).abs() < 4.0 * own.std_error.unwrap());
+    /// # Ok::<(), fredholm::SolveError>(())
+    /// ```
+    #[must_use]
+    pub fn with_quantities(
+        mut self,
+        quantities: Vec<Quantity>,
+        dependences: impl Fn(Option<&E::Point>, &E::Point, &mut dyn FnMut(Dependence))
+        + Send
+        + Sync
+        + 'static,
+    ) -> Self {
+        self.equations.dependences = Some((quantities.len(), Box::new(dependences)));
+        self.quantities = quantities;
         self
     }
 
@@ -624,6 +656,10 @@ impl<E: CustomEquation<Scalar = f64>> Model for CustomModel<E> {
 
     fn last_steps(&self) -> LastSteps {
         self.last_steps
+    }
+
+    fn quantities(&self) -> Vec<Quantity> {
+        self.quantities.clone()
     }
 
     /// Where the whole space is one cell, or a few, cells end where functions jump; else they are those of the equation.

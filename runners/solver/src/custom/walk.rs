@@ -6,8 +6,8 @@ use std::borrow::Cow;
 use fredholm_core::galerkin::{Solution, degree_of};
 use fredholm_core::global::{AdjointImage, AdjointScores, Scores};
 use fredholm_core::{
-    Chain, Equation, Goals, Job, LastStep, Lights, Located, NoDraws, NoNeighbour, Real, Sobol,
-    Space, Start, StartOf, Uniforms,
+    Chain, Dependence, Equation, Generators, Goals, Job, LastStep, Lights, Located, NoDraws,
+    NoNeighbour, Real, Sensitivities, Sobol, Space, Start, StartOf, Uniforms,
 };
 use fredholm_variance::gauss;
 
@@ -21,7 +21,9 @@ use crate::domain::Position;
 use crate::{Error, Goal, Region, Sequence, Subject};
 use fredholm_model::cost::PointwisePairs;
 use fredholm_model::resolvent::{self, ByDensity, Grid, RegularKind};
-use fredholm_model::{GlobalRequest, Prepared, Request, Then, WithGlobalJob, WithJob, only_points};
+use fredholm_model::{
+    GlobalRequest, Prepared, Request, Then, Wanted, WithGlobalJob, WithJob, only_points,
+};
 
 /// An equation by the number of its cells.
 pub(super) type Build<E> = dyn Fn(usize) -> Result<E, Error> + Send + Sync;
@@ -37,7 +39,27 @@ pub(super) struct Equations<E: CustomEquation> {
     pub(super) positions: Option<Box<dyn Positions<E::Point>>>,
     pub(super) starts: Box<dyn AnyStarts<E>>,
     pub(super) lights: Option<Box<dyn AnyLights<E>>>,
+    /// The number of quantities, and what points and steps have to do with them.
+    pub(super) dependences: Option<(usize, Box<PointDependences<E::Point>>)>,
 }
+
+/// Hands on the dependences of a point, and of the step from the point before it, if there is one.
+///
+/// ```
+/// use fredholm_core::Dependence;
+///
+/// // The emission on the left half.
+/// let left: Box<fredholm::PointDependences<f64>> = Box::new(|_, x, each| {
+///     if *x < 0.5 {
+///         each(Dependence { quantity: 0, source: 1.0, of_u: 0.0 });
+///     }
+/// });
+/// let mut number = 0;
+/// left(None, &0.3, &mut |_| number += 1);
+/// left(Some(&0.3), &0.7, &mut |_| number += 1);
+/// assert_eq!(number, 1);
+/// ```
+pub type PointDependences<P> = dyn Fn(Option<&P>, &P, &mut dyn FnMut(Dependence)) + Send + Sync;
 
 /// Coordinates for people: "0.5" or "[0.5, 0.25]".
 pub(crate) struct Coordinates<'a, F>(pub(crate) &'a [F]);
@@ -350,6 +372,8 @@ pub(super) struct GoalWalks<'a, E: CustomEquation> {
     neighbour: &'a Boxed<'a, E>,
     goals: &'a [fredholm_core::Goal<Functional<'a, E>, f64>],
     request: &'a Request<'a>,
+    lights: Option<&'a dyn AnyLights<E>>,
+    dependences: Option<&'a (usize, Box<PointDependences<E::Point>>)>,
 }
 
 impl<E: CustomEquation> GoalWalks<'_, E> {
@@ -369,9 +393,32 @@ impl<E: CustomEquation> GoalWalks<'_, E> {
             self.request.walk.for_core(),
         );
         match self.request.walk.sequence {
-            Sequence::Random => then(&job),
-            Sequence::Sobol => then(&job.with_generator::<Sobol>()),
+            Sequence::Random => self.with_derivatives(&job, then),
+            Sequence::Sobol => self.with_derivatives(&job.with_generator::<Sobol>(), then),
         }
+    }
+
+    /// Hands on walks, which tell derivatives where these are wanted.
+    fn with_derivatives<W, G>(
+        &self,
+        job: &Goals<'_, W, Boxed<'_, E>, Functional<'_, E>, G>,
+        then: &mut dyn FnMut(&dyn Job) -> Result<(), Error>,
+    ) -> Result<(), Error>
+    where
+        W: Equation<Scalar = E::Scalar, Point = E::Point, Value = E::Scalar> + Sync,
+        G: Generators,
+    {
+        let is_wanted = self.request.wanted == Wanted::Derivatives;
+        let Some((quantities, dependences)) = self.dependences.filter(|_| is_wanted) else {
+            return then(job);
+        };
+        let of =
+            |before: Option<&E::Point>, x: &E::Point, each: &mut dyn FnMut(usize, Dependence)| {
+                let known = self.lights;
+                let known = known.map_or(0.0, |lights| lights.known(self.equation, x));
+                dependences(before, x, &mut |own| each(0, own.knowing(known)));
+            };
+        then(&Sensitivities::new(job, *quantities, &of))
     }
 }
 
@@ -536,6 +583,8 @@ impl<E: CustomEquation> Equations<E> {
             neighbour,
             goals: &goals,
             request,
+            lights,
+            dependences: self.dependences.as_ref(),
         };
         let mut then = |job: &dyn Job| then(job, &values);
         match lights {

@@ -4,13 +4,14 @@ use core::any::Any;
 use core::f64::consts::TAU;
 
 pub use fredholm_circle::Harmonic;
-use fredholm_circle::{Circle, Light, OwnedTables, Point, Residual};
+use fredholm_circle::{Circle, Emission as _, Light, OwnedTables, Point, Residual};
 use fredholm_core::galerkin::{Cells as _, DiagonalRule, PairKind, Piecewise};
-use fredholm_core::{Real, SourcePart, best_lights};
+use fredholm_core::{Dependence, Real, SourcePart, best_lights};
 
 use fredholm_model::resolvent::{ResolventFound, ResolventQuestion};
-use fredholm_model::{About, LastSteps};
+use fredholm_model::{About, LastSteps, Quantity};
 
+use super::{ANY, PART, numbered};
 use crate::custom::{
     Closed, Degree, DegreePairs, Kinds, Nodes, Of, OnCells, Smooth, Use, squared_radius,
 };
@@ -114,6 +115,7 @@ pub fn common_multiple(a: usize, b: usize) -> usize {
 /// The circle in one scalar.
 fn of_scalar<F: Real>(reflectance: Vec<f64>, emission: Emission) -> CustomModel<LitCircle<F>> {
     let own = reflectance.clone();
+    let (quantities, dependences) = quantities::<F>(reflectance.clone(), emission.clone());
     let build = move |cells: usize| {
         let tables = OwnedTables::<F>::new(&own, cells)?;
         match &emission {
@@ -123,12 +125,79 @@ fn of_scalar<F: Real>(reflectance: Vec<f64>, emission: Emission) -> CustomModel<
     };
     let closed = || reflectance.clone();
     CustomModel::with_own_starts(move |cells| Ok(build(cells)?))
+        .with_quantities(quantities, dependences)
         .without_degrees()
         .with_degree(ClosedForms::<1>(closed()))
         .with_degree(ClosedForms::<2>(closed()))
         .with_degree(ClosedForms::<3>(closed()))
         .with_degree(ClosedForms::<4>(closed()))
         .with_degree(ClosedForms::<5>(closed()))
+}
+
+/// The quantities of a circle, and what points have to do with them. A harmonic emission goes with the reflectance, on which its solution does not
+/// depend. A black arc has no derivative by its reflectance: walks end there.
+fn quantities<F: Real>(
+    reflectance: Vec<f64>,
+    emission: Emission,
+) -> (
+    Vec<Quantity>,
+    impl Fn(Option<&Point<F>>, &Point<F>, &mut dyn FnMut(Dependence)),
+) {
+    let all = match &emission {
+        Emission::Harmonic(light) => [
+            numbered("constant", &[light.constant], ANY),
+            numbered("amplitude", &[light.amplitude], ANY),
+        ],
+        Emission::Arcs(values) => [
+            numbered("emission", values, ANY),
+            numbered("reflectance", &reflectance, PART),
+        ],
+    };
+    let all = all.concat();
+    let dependences =
+        move |_: Option<&Point<F>>, x: &Point<F>, each: &mut dyn FnMut(Dependence)| {
+            let turn = x.angle().to_f64() / TAU;
+            let arc = |arcs: &[f64]| {
+                let arc = ((turn * arcs.len() as f64) as usize).min(arcs.len().saturating_sub(1));
+                (arc, arcs.get(arc).copied().unwrap_or_default())
+            };
+            let (own, rho) = arc(&reflectance);
+            match &emission {
+                Emission::Harmonic(light) => {
+                    for (quantity, [constant, amplitude]) in
+                        [[1.0, 0.0], [0.0, 1.0]].into_iter().enumerate()
+                    {
+                        let one = Harmonic {
+                            constant,
+                            amplitude,
+                            ..*light
+                        };
+                        let source = one.emission(x, &F::from_f64(rho)).to_f64();
+                        each(Dependence {
+                            quantity,
+                            source,
+                            of_u: 0.0,
+                        });
+                    }
+                }
+                Emission::Arcs(values) => {
+                    let (arc, value) = arc(values);
+                    each(Dependence {
+                        quantity: arc,
+                        source: 1.0,
+                        of_u: 0.0,
+                    });
+                    if rho > 0.0 {
+                        each(Dependence {
+                            quantity: values.len() + own,
+                            source: -value / rho,
+                            of_u: 1.0 / rho,
+                        });
+                    }
+                }
+            }
+        };
+    (all, dependences)
 }
 
 /// Steps within a cell are left out.

@@ -1,5 +1,7 @@
 //! The kinds of equations that follow from what a problem states.
 
+use fredholm_model::Quantity;
+
 /// What a model leaves to the one that it is made of, which its method of this name gives: walks and set-ups are compiled in this crate, with
 /// this crate's optimisation, and not once more wherever such a model is used.
 macro_rules! delegated {
@@ -41,11 +43,34 @@ macro_rules! delegated_checks {
             self.$inner().by_resolvent(question)
         }
 
+        fn quantities(&self) -> Vec<Quantity> {
+            self.$inner().quantities()
+        }
+
         fn check(&self, discretisation: &Discretisation, pairs: Pairs) -> Result<(), Error> {
             self.$inner().check(discretisation, pairs)
         }
     };
 }
+
+/// Quantities of a key of these values, in this range: numbered, if there are several.
+fn numbered(name: &str, values: &[f64], range: [f64; 2]) -> Vec<Quantity> {
+    let one = |(i, &value): (usize, &f64)| {
+        let name = match values.len() {
+            1 => name.to_owned(),
+            _ => format!("{name} {}", i + 1),
+        };
+        Quantity {
+            range,
+            ..Quantity::number(&name, value)
+        }
+    };
+    values.iter().enumerate().map(one).collect()
+}
+
+/// All numbers, and the parts of a whole.
+const ANY: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+const PART: [f64; 2] = [0.0, 1.0];
 
 pub mod circle;
 pub mod cube;

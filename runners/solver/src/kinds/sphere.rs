@@ -2,14 +2,15 @@
 
 use core::f64::consts::PI;
 
-use fredholm_core::Real;
+use fredholm_core::{Dependence, Real};
 use fredholm_sphere::{Sphere, SphereError, point};
 
 pub use fredholm_sphere::Parameters;
 
 use fredholm_model::resolvent::{ResolventFound, ResolventQuestion};
-use fredholm_model::{About, LastSteps};
+use fredholm_model::{About, LastSteps, Quantity};
 
+use super::{ANY, PART, numbered};
 use crate::{CustomModel, Discretisation, Error, Goal, Model, Pairs, Partitioned, Region};
 
 /// Seconds of a value of k and of p.
@@ -70,7 +71,50 @@ fn of_scalar<F: Real>(parameters: Parameters) -> CustomModel<Sphere<F>> {
             _ => Err(SphereError::Cells),
         }
     };
-    CustomModel::with_own_starts(move |cells| Ok(build(cells)?))
+    let Parameters {
+        albedo: a,
+        asymmetry: g,
+        emission,
+        ..
+    } = parameters;
+    let quantities = [
+        numbered("albedo", &[a], PART),
+        numbered("asymmetry", &[g], [0.0, 0.5]),
+        numbered("emission", &emission, ANY),
+    ];
+    CustomModel::with_own_starts(move |cells| Ok(build(cells)?)).with_quantities(
+        quantities.concat(),
+        move |before, x, each| {
+            let x = x.map(F::to_f64);
+            let terms = [1.0, x[0], x[1], x[2]];
+            let source: f64 = emission.iter().zip(terms).map(|(e, term)| e * term).sum();
+            each(Dependence {
+                quantity: 0,
+                source: -source / a,
+                of_u: 1.0 / a,
+            });
+            if let Some(before) = before {
+                let products = before.iter().zip(x).map(|(y, x)| y.to_f64() * x);
+                each(Dependence {
+                    quantity: 1,
+                    source: 0.0,
+                    of_u: slope_of_phase(g, products.sum()),
+                });
+            }
+            for (axis, source) in terms.into_iter().enumerate() {
+                each(Dependence {
+                    quantity: 2 + axis,
+                    source,
+                    of_u: 0.0,
+                });
+            }
+        },
+    )
+}
+
+/// (∂K/∂g)/K of x·y, where K is (1 − g²)/(1 + g² − 2g x·y)^(3/2) times what does not depend on g.
+fn slope_of_phase(g: f64, cosine: f64) -> f64 {
+    3.0 * (cosine - g) / (1.0 + g * g - 2.0 * g * cosine) - 2.0 * g / (1.0 - g * g)
 }
 
 /// Bands and sectors whose product is the number of cells: about twice as many sectors as bands.

@@ -1,13 +1,14 @@
 //! A circular tube with black ends.
 
-use fredholm_core::Real;
+use fredholm_core::{Dependence, Equation as _, NoDraws, Real};
 use fredholm_tube::Tube;
 
 pub use fredholm_tube::Parameters;
 
 use fredholm_model::resolvent::{ResolventFound, ResolventQuestion};
-use fredholm_model::{About, LastSteps};
+use fredholm_model::{About, LastSteps, Quantity};
 
+use super::{ANY, PART, numbered};
 use crate::{CustomModel, Discretisation, Error, Goal, Model, Pairs, Partitioned, Region};
 
 /// Seconds of a value of k and of p.
@@ -59,7 +60,9 @@ impl TubeModel {
 fn of_scalar<F: Real>(parameters: Parameters) -> CustomModel<Tube<F>> {
     let length = parameters.length;
     let end = Tube::<f64>::new(1, &parameters).map_or(f64::NAN, |tube| tube.end());
+    let (quantities, dependences) = quantities::<F>(parameters);
     CustomModel::from_cells(move |cells| Tube::new(cells, &parameters))
+        .with_quantities(quantities, dependences)
         .with_pair_integrals::<1>()
         .weight("wall", move |x: &F| match x.to_f64() {
             x if (0.0..=length).contains(&x) => 1.0 / length,
@@ -73,4 +76,57 @@ fn of_scalar<F: Real>(parameters: Parameters) -> CustomModel<Tube<F>> {
             "right",
             move |x| if x.to_f64() > length { 1.0 / end } else { 0.0 },
         )
+}
+
+/// The quantities of a tube, and what points have to do with them. A black wall has no derivative by its reflectance: walks end there.
+fn quantities<F: Real>(
+    parameters: Parameters,
+) -> (
+    Vec<Quantity>,
+    impl Fn(Option<&F>, &F, &mut dyn FnMut(Dependence)),
+) {
+    let Parameters {
+        length,
+        reflectance,
+        emission,
+        ends,
+    } = parameters;
+    let mut all = [
+        numbered("emission", &[emission], ANY),
+        numbered("ends", &ends, ANY),
+    ]
+    .concat();
+    if reflectance > 0.0 {
+        all.extend(numbered("reflectance", &[reflectance], PART));
+    }
+    // F is linear in what is emitted.
+    let units = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let units = units.map(|[emission, left, right]| {
+        let one = Parameters {
+            emission,
+            ends: [left, right],
+            ..parameters
+        };
+        Tube::<F>::new(1, &one)
+    });
+    let dependences = move |_: Option<&F>, x: &F, each: &mut dyn FnMut(Dependence)| {
+        for (quantity, unit) in units.iter().enumerate() {
+            if let Ok(unit) = unit {
+                let source = unit.source(x, &mut NoDraws).to_f64();
+                each(Dependence {
+                    quantity,
+                    source,
+                    of_u: 0.0,
+                });
+            }
+        }
+        if reflectance > 0.0 && (0.0..=length).contains(&x.to_f64()) {
+            each(Dependence {
+                quantity: units.len(),
+                source: -emission / reflectance,
+                of_u: 1.0 / reflectance,
+            });
+        }
+    };
+    (all, dependences)
 }

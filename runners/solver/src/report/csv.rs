@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::{Coordinates, EnergyReport, EstimateReport, GoalReport, Over, Report};
-use crate::Error;
+use crate::{Error, Sensitivities};
 
 /// A row that cannot be written.
 const FAILED: Error = Error::Internal("a report that is no CSV");
@@ -135,6 +135,7 @@ impl Report {
                 &[]
             },
             energy: self.energy.as_ref(),
+            sensitivities: self.sensitivities.as_ref(),
         };
         table.text(self.goals.iter(), |entry| entry)
     }
@@ -148,6 +149,7 @@ pub(super) struct CsvTable<'a> {
     /// The columns behind those.
     pub(super) more: &'a [CsvColumn],
     pub(super) energy: Option<&'a EnergyReport>,
+    pub(super) sensitivities: Option<&'a Sensitivities>,
 }
 
 impl CsvTable<'_> {
@@ -165,7 +167,14 @@ impl CsvTable<'_> {
         let coordinates = self.coordinates.iter().map(String::as_str);
         let head = own.iter().copied().chain(coordinates).chain(more);
         let head: Vec<&str> = head.chain(of_fluxes.into_iter().flatten()).collect();
-        writer.write_record(&head).map_err(|_| FAILED)?;
+        let quantities = self.sensitivities.map_or(Vec::new(), quantities);
+        let names = quantities.iter().flat_map(|name| {
+            let name = harmless(name);
+            [format!("by {name}"), format!("by {name} std_error")]
+        });
+        let names: Vec<String> = names.collect();
+        let all = head.iter().copied().chain(names.iter().map(String::as_str));
+        writer.write_record(all).map_err(|_| FAILED)?;
         for goal in goals {
             let entries = |columns: &[CsvColumn]| -> Vec<Entry> {
                 columns.iter().map(|(_, of)| write(of(goal))).collect()
@@ -175,6 +184,13 @@ impl CsvTable<'_> {
             row.extend(places.into_iter().map(Entry::Text));
             row.extend(entries(self.more));
             row.resize(head.len(), Entry::EMPTY);
+            let derivatives = self.sensitivities.iter().flat_map(|all| &all.derivatives);
+            let of_goal: Vec<_> = derivatives.filter(|own| own.target == goal.name).collect();
+            for quantity in &quantities {
+                let own = of_goal.iter().find(|own| own.quantity == *quantity);
+                row.push(Entry::Number(own.map(|own| own.derivative)));
+                row.push(Entry::Number(own.and_then(|own| own.std_error)));
+            }
             writer.serialize(row).map_err(|_| FAILED)?;
         }
         for (name, walks, flux) in self.energy.into_iter().flat_map(fluxes) {
@@ -184,11 +200,19 @@ impl CsvTable<'_> {
                 row[column] = walks.map_or(Entry::EMPTY, Entry::Count);
             }
             row.extend([flux.estimate, flux.std_error].map(|x| Entry::Number(x).written_out()));
+            row.resize(head.len() + names.len(), Entry::EMPTY);
             writer.serialize(row).map_err(|_| FAILED)?;
         }
         let bytes = writer.into_inner().map_err(|_| FAILED)?;
         String::from_utf8(bytes).map_err(|_| FAILED)
     }
+}
+
+/// The names of all quantities, in the order of the first target's derivatives.
+fn quantities(all: &Sensitivities) -> Vec<&str> {
+    let first = all.derivatives.chunk_by(|a, b| a.target == b.target);
+    let first = first.take(1).flatten();
+    first.map(|own| own.quantity.as_str()).collect()
 }
 
 /// The columns of the net fluxes of whole surfaces, which have rows of their own.

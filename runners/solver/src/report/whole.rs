@@ -159,6 +159,7 @@ impl GlobalReport {
             coordinates: of_columns(self.summary.problem, self.summary.dimension),
             more: &[],
             energy: self.energy.as_ref(),
+            sensitivities: None,
         };
         table.text(self.rows(), Entry::written_out)
     }

@@ -168,7 +168,8 @@ impl<'m> Solver<'m> {
         let is_meant = self.settings.method.is_none()
             && self.model.about().takes_resolvent
             && self.settings.of_chain().is_none()
-            && self.systems.0.is_none();
+            && self.systems.0.is_none()
+            && !self.walks_tell_derivatives()?;
         if !(is_asked || is_meant) {
             return Ok(ByResolvent::NotAsked);
         }
