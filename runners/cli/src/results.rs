@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use fredholm::Sensitivities;
 use fredholm::model::WholeValues;
 use fredholm::report::{Column, Columns, GlobalReport, Report};
 use fredholm_file::npz::Archive;
@@ -10,7 +11,7 @@ use fredholm_plot::{Cell, Figure, GridPicture, Mesh, Quantity, lattice};
 use serde::Serialize;
 
 use crate::failure::Failure;
-use crate::file::{self, What};
+use crate::file::{self, Resolution, What};
 use crate::solve::Problem;
 use crate::table;
 
@@ -38,6 +39,11 @@ pub(crate) trait Results: Serialize {
     fn columns(&self) -> Columns;
     fn table(&self) -> String;
     fn remarks(&self) -> Vec<String>;
+
+    /// The derivatives of targets, if they are wanted.
+    fn sensitivities(&self) -> Option<&Sensitivities> {
+        None
+    }
 }
 
 impl Format {
@@ -120,7 +126,11 @@ impl Format {
                 table::drawn(Ok(Figure::stacked(figures)))?.into_bytes()
             }
             Self::Mesh(places, written) => {
-                written(&places.mesh(report.columns())).map_err(Failure::run)?
+                let mesh = match report.sensitivities() {
+                    Some(all) if !places.faces.is_empty() => places.of_derivatives(all),
+                    _ => places.mesh(report.columns()),
+                };
+                written(&mesh).map_err(Failure::run)?
             }
         })
     }
@@ -191,9 +201,12 @@ fn npz(report: &impl Results) -> Result<Vec<u8>, Failure> {
     Ok(archive.finish()?)
 }
 
-/// Where targets are in space: nowhere in a scene whose global estimate is asked for, which shows its cells.
+/// Where targets are in space: nowhere in a scene whose global estimate is asked for, which shows its cells, or whose sensitivities are, which show
+/// its faces.
 #[derive(Default)]
 pub(crate) struct Places {
+    /// The faces, each with the name of its surface.
+    faces: Vec<(String, Vec<[f64; 3]>)>,
     /// The numbers of the targets that are points, and their places.
     points: Vec<(usize, [f64; 3])>,
     cells: Vec<Cell>,
@@ -202,6 +215,21 @@ pub(crate) struct Places {
 impl Places {
     fn new(problem: &Problem) -> Result<Self, &'static str> {
         let model = problem.model();
+        if let (true, Resolution::Scene(model)) = (
+            problem.resolved.settings.sensitivities,
+            &problem.resolved.model,
+        ) {
+            let faces = model.scene().faces().iter().enumerate();
+            let faces = faces.filter_map(|(number, face)| {
+                let name = model.names().get(model.scene().place(number)?.surface)?;
+                let corners = face.corners.get(..face.count as usize)?;
+                Some((name.clone(), corners.to_vec()))
+            });
+            return Ok(Self {
+                faces: faces.collect(),
+                ..Self::default()
+            });
+        }
         let about = model.about();
         let has_points = about.whole == WholeValues::Points;
         if !has_points && problem.resolved.settings.global == Some(true) {
@@ -234,7 +262,40 @@ impl Places {
             ));
             from = to;
         }
-        Ok(Self { points, cells })
+        Ok(Self {
+            points,
+            cells,
+            ..Self::default()
+        })
+    }
+
+    /// The faces with the derivatives of every target by what their surfaces are, "desk by reflectance" say; 0 where a surface has none. What
+    /// matters most comes first.
+    fn of_derivatives(&self, all: &Sensitivities) -> Mesh {
+        let corners: Vec<_> = self.faces.iter().map(|(_, own)| own.clone()).collect();
+        let mut on_cells: Vec<Quantity> = Vec::new();
+        let names: Vec<&str> = self.faces.iter().map(|(name, _)| name.as_str()).collect();
+        for own in &all.derivatives {
+            let word = |name: &str| own.quantity.strip_prefix(name)?.strip_prefix(' ');
+            let surfaces = names.iter().filter(|name| word(name).is_some());
+            let Some(surface) = surfaces.max_by_key(|name| name.len()) else {
+                continue;
+            };
+            let name = format!("{} by {}", own.target, word(surface).unwrap_or_default());
+            let known = on_cells.iter().position(|quantity| quantity.name == name);
+            let known = known.unwrap_or_else(|| {
+                let numbers = vec![0.0; names.len()];
+                on_cells.push(Quantity { name, numbers });
+                on_cells.len() - 1
+            });
+            let numbers = names.iter().zip(&mut on_cells[known].numbers);
+            let numbers = numbers.filter(|(name, _)| *name == surface);
+            numbers.for_each(|(_, number)| *number = own.derivative);
+        }
+        Mesh {
+            on_cells,
+            ..Mesh::of_cells(&corners)
+        }
     }
 
     fn mesh(&self, columns: Columns) -> Mesh {
@@ -315,6 +376,10 @@ impl Results for Report {
 
     fn remarks(&self) -> Vec<String> {
         Self::remarks(self)
+    }
+
+    fn sensitivities(&self) -> Option<&Sensitivities> {
+        self.sensitivities.as_ref()
     }
 }
 

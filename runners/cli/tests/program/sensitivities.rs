@@ -99,6 +99,24 @@ const SUN: &str = "[problem]\nkind = 'scene'\nopen = true\nsky = { emission = 10
     [[target]]\nname = 'ground'\nover = 'ground'\n[[target]]\nname = 'wall'\nat = { surface = 'wall', point = [2, 4, 1] }\n\
     [walk]\nwalks = 40000\n";
 
+/// A mesh of the faces has what their surfaces mean to every target, for viewers.
+#[test]
+fn faces_show_what_they_mean_to_a_target() {
+    let folder = Folder::new();
+    let [vtu, glb] = ["p.vtu", "p.glb"].map(|name| folder.at(name));
+    let short = SUN.replace("40000", "4096");
+    for out in [&vtu, &glb] {
+        let ran = folder.solve(&short, &["--sensitivities", "--out", out]);
+        assert_eq!(ran.status, Some(0), "{ran:?}");
+    }
+    let text = std::fs::read_to_string(&vtu).unwrap();
+    assert!(text.contains("NumberOfCells=\"3\""), "{text}");
+    for name in ["ground by reflectance", "wall by emission"] {
+        assert!(text.contains(&format!("Name=\"{name}\"")), "{text}");
+    }
+    assert!(std::fs::read(&glb).unwrap().starts_with(b"glTF"));
+}
+
 #[test]
 fn derivatives_in_the_sun_are_those_of_differences() {
     let folder = Folder::new();

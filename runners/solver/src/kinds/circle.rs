@@ -11,7 +11,7 @@ use fredholm_core::{Dependence, Real, SourcePart, best_lights};
 use fredholm_model::resolvent::{ResolventFound, ResolventQuestion};
 use fredholm_model::{About, LastSteps, Quantity};
 
-use super::{ANY, PART, numbered};
+use super::{ANY, PART, Told, numbered};
 use crate::custom::{
     Closed, Degree, DegreePairs, Kinds, Nodes, Of, OnCells, Smooth, Use, squared_radius,
 };
@@ -136,13 +136,7 @@ fn of_scalar<F: Real>(reflectance: Vec<f64>, emission: Emission) -> CustomModel<
 
 /// The quantities of a circle, and what points have to do with them. A harmonic emission goes with the reflectance, on which its solution does not
 /// depend. A black arc has no derivative by its reflectance: walks end there.
-fn quantities<F: Real>(
-    reflectance: Vec<f64>,
-    emission: Emission,
-) -> (
-    Vec<Quantity>,
-    impl Fn(Option<&Point<F>>, &Point<F>, &mut dyn FnMut(Dependence)),
-) {
+fn quantities<F: Real>(reflectance: Vec<f64>, emission: Emission) -> Told<Point<F>> {
     let all = match &emission {
         Emission::Harmonic(light) => [
             numbered("constant", &[light.constant], ANY),
@@ -197,7 +191,7 @@ fn quantities<F: Real>(
                 }
             }
         };
-    (all, dependences)
+    (all, Box::new(dependences))
 }
 
 /// Steps within a cell are left out.

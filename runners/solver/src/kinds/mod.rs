@@ -2,6 +2,8 @@
 
 use fredholm_model::Quantity;
 
+use crate::PointDependences;
+
 /// What a model leaves to the one that it is made of, which its method of this name gives: walks and set-ups are compiled in this crate, with
 /// this crate's optimisation, and not once more wherever such a model is used.
 macro_rules! delegated {
@@ -67,6 +69,9 @@ fn numbered(name: &str, values: &[f64], range: [f64; 2]) -> Vec<Quantity> {
     };
     values.iter().enumerate().map(one).collect()
 }
+
+/// The quantities of an equation, and what points and steps have to do with them.
+type Told<P> = (Vec<Quantity>, Box<PointDependences<P>>);
 
 /// All numbers, and the parts of a whole.
 const ANY: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];

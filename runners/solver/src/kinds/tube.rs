@@ -8,7 +8,7 @@ pub use fredholm_tube::Parameters;
 use fredholm_model::resolvent::{ResolventFound, ResolventQuestion};
 use fredholm_model::{About, LastSteps, Quantity};
 
-use super::{ANY, PART, numbered};
+use super::{ANY, PART, Told, numbered};
 use crate::{CustomModel, Discretisation, Error, Goal, Model, Pairs, Partitioned, Region};
 
 /// Seconds of a value of k and of p.
@@ -79,12 +79,7 @@ fn of_scalar<F: Real>(parameters: Parameters) -> CustomModel<Tube<F>> {
 }
 
 /// The quantities of a tube, and what points have to do with them. A black wall has no derivative by its reflectance: walks end there.
-fn quantities<F: Real>(
-    parameters: Parameters,
-) -> (
-    Vec<Quantity>,
-    impl Fn(Option<&F>, &F, &mut dyn FnMut(Dependence)),
-) {
+fn quantities<F: Real>(parameters: Parameters) -> Told<F> {
     let Parameters {
         length,
         reflectance,
@@ -128,5 +123,5 @@ fn quantities<F: Real>(
             });
         }
     };
-    (all, dependences)
+    (all, Box::new(dependences))
 }
