@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+import pathlib
+import tempfile
 import time
 from typing import Any, Callable
 
@@ -63,6 +65,42 @@ def patches(per_wall: int) -> np.ndarray:
     factors = np.abs(factors) * (wall[:, None] != wall[None, :])
     u = np.linalg.solve(np.eye(4 * per_wall) - 0.6 * factors, (wall == 0).astype(float))
     return u.reshape(4, per_wall).mean(1)
+
+
+WALLS = {
+    "floor": (0.2, 0.0, [0, 0, 0], [4, 0, 0], [0, 3, 0]),
+    "ceiling": (0.8, 0.0, [0, 0, 2.5], [0, 3, 0], [4, 0, 0]),
+    "front": (0.5, 0.0, [0, 0, 0], [0, 0, 2.5], [4, 0, 0]),
+    "back": (0.5, 0.0, [0, 3, 0], [4, 0, 0], [0, 0, 2.5]),
+    "left": (0.6, 1.0, [0, 0, 0], [0, 3, 0], [0, 0, 2.5]),
+    "right": (0.3, 0.0, [4, 0, 0], [0, 0, 2.5], [0, 3, 0]),
+}
+
+
+def box(n: int, folder: str) -> pathlib.Path:
+    """A file of a room in space, each of whose walls is n × n surfaces."""
+    text = "[problem]\nkind = 'scene'\n"
+    for name, (reflectance, emission, *vectors) in WALLS.items():
+        origin, a, b = (np.array(vector, dtype=float) for vector in vectors)
+        for i in range(n):
+            for j in range(n):
+                at = origin + (a * i + b * j) / n
+                polygon = [list(map(float, point)) for point in (at, at + a / n, at + (a + b) / n, at + b / n)]
+                own = name if n == 1 else f"{name} {i} {j}"
+                text += f"[[problem.surface]]\nname = '{own}'\npolygon = {polygon}\nreflectance = {reflectance}\nemission = {emission}\n"
+    path = pathlib.Path(folder) / f"box{n}.toml"
+    path.write_text(text + "[[target]]\nover = 'floor'\n" if n == 1 else text + "[[target]]\nover = 'all'\n")
+    return path
+
+
+def deck(n: int, folder: str) -> np.ndarray:
+    """Means of u over the walls, by n × n patches on each and exact factors, as users of view-factor codes solve it."""
+    found = fredholm.factors(box(n, folder))
+    wall = np.repeat(np.arange(len(WALLS)), n * n)
+    own = list(WALLS.values())
+    reflectance, emission = (np.array([walls[i] for walls in own])[wall] for i in (0, 1))
+    u = np.linalg.solve(np.eye(len(wall)) - reflectance[:, None] * np.asarray(found.matrix), emission)
+    return u.reshape(len(WALLS), n * n).mean(1)
 
 
 def show(name: str, certificate: fredholm.Certificate, truth: np.ndarray, seconds: float) -> float:
@@ -129,6 +167,19 @@ def main() -> None:
         certificate = room.certify(list(given), over=names, target_error=1e-6)
         seconds = time.perf_counter() - start
         show(f"{n} patches a wall", certificate, given - exact, seconds)
+
+    with tempfile.TemporaryDirectory() as folder:
+        all_patches = {n: deck(n, folder) for n in (1, 2, 4, 8, 16)}
+        # Aitken's value: errors fall by one factor with every halving.
+        low, middle, high = (all_patches[n] for n in (4, 8, 16))
+        exact = high - (high - middle) ** 2 / (high - 2 * middle + low)
+        scene = fredholm.load(box(1, folder))
+        for n in (1, 2, 4, 8):
+            given = all_patches[n]
+            start = time.perf_counter()
+            certificate = scene.certify(list(given), over=list(WALLS), target_error=1e-4)
+            seconds = time.perf_counter() - start
+            show(f"deck, {n} × {n} patches a wall", certificate, given - exact, seconds)
 
 
 if __name__ == "__main__":

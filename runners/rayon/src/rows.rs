@@ -31,6 +31,15 @@ where
     T: Send,
     E: Send,
 {
+    filled(table, width, &fill)
+}
+
+/// [`fill_rows`], compiled once for all that fill rows of this type.
+fn filled<T: Send, E: Send>(
+    table: &mut [T],
+    width: usize,
+    fill: &(dyn Fn(usize, &mut [T]) -> Result<(), E> + Sync),
+) -> Result<(), E> {
     // Each row and each error is taken once, so that no thread ever waits for another.
     let rows: Vec<_> = table.chunks_mut(width.max(1)).map(Mutex::new).collect();
     let errors = Mutex::new(BTreeMap::new());
