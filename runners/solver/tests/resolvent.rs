@@ -479,3 +479,25 @@ fn smooth_kernels_have_a_coarse_resolvent() {
     let z = off(&report, 0, 1.472_551_033_554_21);
     assert!(z.abs() < 4.9, "{z}");
 }
+
+/// Nets gain less on a kernel with a kink in the end than they begin to: more cells, and not thousands of points for each that is needed. u is a sum
+/// of three exponentials, as u'' = 0.1 u - 0.75 F.
+#[test]
+fn kinks_take_cells_and_no_millions_of_points() {
+    let kernel = |x: f64, y: f64| 0.45 * (-(x - y).abs()).exp();
+    let u = CubeModel::on_interval([0.0, 5.0], kernel, |x| (-0.5 * x).exp());
+    let k = 0.1_f64.sqrt();
+    let (up, down, end) = ((5.0 * k).exp(), (-5.0 * k).exp(), (-2.5_f64).exp());
+    // (1 - k) a + (1 + k) b = 9 and (1 + k) up a + (1 - k) down b = 3 end, since u - F is its own derivative at 0, and less that at 5.
+    let determinant = (1.0 - k).powi(2) * down - (1.0 + k).powi(2) * up;
+    let a = (9.0 * (1.0 - k) * down - 3.0 * (1.0 + k) * end) / determinant;
+    let b = (3.0 * (1.0 - k) * end - 9.0 * (1.0 + k) * up) / determinant;
+    let mean = (a * (up - 1.0) / k + b * (1.0 - down) / k - 10.0 * (1.0 - end)) / 5.0;
+    let report = Solver::new(&u).at(0.0).mean().solve_to(1e-8).unwrap();
+    let points = report.resolvent.unwrap().points;
+    assert!(points < 4_000_000, "{points}");
+    for (goal, exact) in [a + b - 5.0, mean].into_iter().enumerate() {
+        let z = off(&report, goal, exact);
+        assert!(z.abs() < 4.9, "{goal}: {z}");
+    }
+}

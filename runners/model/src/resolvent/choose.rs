@@ -91,6 +91,12 @@ impl Nets {
         falls: 0.0,
         rest: 0.0,
     };
+
+    /// How many times more points are believed to gain more: as many times as have been seen to. Where a function has a kink nets fall less in the end
+    /// than they begin to.
+    fn falls_for(&self) -> f64 {
+        (self.at / PILOTS[0]).max(1.0)
+    }
 }
 
 /// How values may be told.
@@ -113,8 +119,8 @@ impl Way {
     /// What nets gain on so many points.
     fn gain(&self, points: f64) -> f64 {
         let nets = &self.nets;
-        let of_nets = nets.gain * (points / self.strata / nets.at).powf(-nets.falls);
-        of_nets.hypot(nets.rest)
+        let more = (points / self.strata / nets.at).min(nets.falls_for());
+        (nets.gain * more.powf(-nets.falls)).hypot(nets.rest)
     }
 
     /// The points that an error takes, or that are asked for.
@@ -123,9 +129,16 @@ impl Way {
             return self.points;
         };
         let nets = &self.nets;
-        let of_one = self.work.sqrt() * nets.gain * (self.strata * nets.at).powf(nets.falls);
-        let of_nets = (of_one / error).powf(1.0 / (0.5 + nets.falls));
-        of_nets + self.work * (nets.rest / error).powi(2)
+        // (points/at)^(-½ - falls), and no more than that where nets do not fall further.
+        let at = self.strata * nets.at;
+        let of_at = (self.work / at).sqrt() * nets.gain / error;
+        let most = nets.falls_for();
+        let more = of_at.powf(1.0 / (0.5 + nets.falls));
+        let more = match more <= most {
+            true => more,
+            false => (of_at * most.powf(-nets.falls)).powi(2),
+        };
+        at * more + self.work * (nets.rest / error).powi(2)
     }
 
     /// Seconds until an error is reached, or of the points that are asked for, but for the set-up.
