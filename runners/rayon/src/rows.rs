@@ -34,12 +34,11 @@ where
     filled(table, width, &fill)
 }
 
+/// What fills a row.
+type Fill<'f, T, E> = dyn Fn(usize, &mut [T]) -> Result<(), E> + Sync + 'f;
+
 /// [`fill_rows`], compiled once for all that fill rows of this type.
-fn filled<T: Send, E: Send>(
-    table: &mut [T],
-    width: usize,
-    fill: &(dyn Fn(usize, &mut [T]) -> Result<(), E> + Sync),
-) -> Result<(), E> {
+fn filled<T: Send, E: Send>(table: &mut [T], width: usize, fill: &Fill<'_, T, E>) -> Result<(), E> {
     // Each row and each error is taken once, so that no thread ever waits for another.
     let rows: Vec<_> = table.chunks_mut(width.max(1)).map(Mutex::new).collect();
     let errors = Mutex::new(BTreeMap::new());
