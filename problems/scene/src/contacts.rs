@@ -624,8 +624,8 @@ fn leave_together(scene: &Scene, cuts: &mut [Cut], opposite: &[[u32; 2]]) {
     }
 }
 
-/// Leaves out, where polygons face the same side of one plane, those of the larger surface. Says whether each of the smaller one lies on it wholly: else
-/// nobody knows which one is meant.
+/// Leaves out, where polygons face the same side of one plane and are both there, those of the larger surface. Says whether each of the
+/// smaller one lies on it wholly: else nobody knows which one is meant.
 fn draw_over(scene: &Scene, cuts: &mut [Cut], same: &[[u32; 2]], touch: f64) -> bool {
     let surface = |f: u32| scene.place_of(f).surface;
     let face = |f: u32| scene.faces.get(f as usize);
@@ -636,8 +636,20 @@ fn draw_over(scene: &Scene, cuts: &mut [Cut], same: &[[u32; 2]], touch: f64) -> 
         let faces = own.filter_map(|g| scene.faces.get(g));
         faces.filter(|g| g.plane == plane).map(|g| g.area).sum()
     };
+    let has_left = |cuts: &[Cut], own: u32, other: u32| {
+        let (Some(over), Ok(at)) = (face(other), cuts.binary_search_by_key(&own, |cut| cut.face))
+        else {
+            return false;
+        };
+        let mut parts = cuts[at].parts.iter().filter(|part| part.by.is_none());
+        parts.all(|part| !holds(over.polygon(), over.normal, centroid(&part.points)))
+    };
     let mut over: Vec<(u32, f64)> = Vec::new();
     for &[f, g] in same {
+        // Bottoms of solids that reach into each other.
+        if has_left(cuts, f, g) || has_left(cuts, g, f) {
+            continue;
+        }
         let (a, b) = (size(f), size(g));
         if surface(f) == surface(g) || a == b {
             return false;

@@ -58,8 +58,8 @@ pub(crate) fn plain_outlines(faces: &[Face<f64>]) -> Outlines {
 }
 
 /// The faces' own vertices, and those of others that lie on their edges: by the hierarchy over the
-/// faces, whose boxes are wider by the smallest distance.
-pub(crate) fn outlines(scene: &Scene, numbers: &[u32]) -> Outlines {
+/// faces, whose boxes are wider by `near`.
+pub(crate) fn outlines(scene: &Scene, numbers: &[u32], near: f64) -> Outlines {
     // Face, edge, distance along it, vertex.
     let mut found: Vec<(u32, u32, f64, u32)> = Vec::new();
     let geometry = scene.geometry();
@@ -75,7 +75,7 @@ pub(crate) fn outlines(scene: &Scene, numbers: &[u32]) -> Outlines {
             let Some(face) = scene.faces.get(triangle.face as usize) else {
                 continue;
             };
-            if face.vertices.contains(&vertex) || face.height(point).abs() > 2.0 * scene.smallest {
+            if face.vertices.contains(&vertex) || face.height(point).abs() > 2.0 * near {
                 continue;
             }
             for (edge, [from, to]) in (0..).zip(ring(face.polygon())) {
@@ -83,7 +83,7 @@ pub(crate) fn outlines(scene: &Scene, numbers: &[u32]) -> Outlines {
                 let length = norm(span);
                 let ahead = dot(span, aim) / length;
                 let aside = norm(from_fn(|k| aim[k] - ahead * span[k] / length));
-                if aside <= scene.smallest && ahead > 0.0 && ahead < length {
+                if aside <= near && ahead > 0.0 && ahead < length {
                     found.push((triangle.face, edge, ahead, vertex));
                 }
             }

@@ -181,14 +181,16 @@ impl Scene {
 
     /// Joins, cuts what touches, and checks.
     fn assemble(raw: Raw, enclosure: Enclosure, scale: Scale) -> Result<Self, SceneError> {
-        let (scene, survey) = Self::join(&raw, enclosure, scale)?;
+        let (scene, survey) = Self::join(&raw, enclosure, scale, scale.smallest)?;
         if survey.contacts.is_none() {
             return scene.checked(survey.fault);
         }
         let Some(pieces) = contacts::cut(&scene, &survey.contacts, survey.touch) else {
             return scene.checked(survey.fault);
         };
-        let cut = Self::join(&raw.cut(&scene, &pieces), enclosure, scale);
+        // Where several faces were cut each has a vertex of its own, off by what vertices are off by.
+        let near = Real::max(scale.smallest, 2.0 * scale.flat());
+        let cut = Self::join(&raw.cut(&scene, &pieces), enclosure, scale, near);
         let cut = cut.and_then(|(own, again)| own.checked(again.fault));
         match (cut, enclosure) {
             (Ok(own), _) => Ok(Self {
@@ -204,10 +206,15 @@ impl Scene {
         }
     }
 
-    /// Joins vertices, builds the hierarchy, and looks at what touches.
-    fn join(raw: &Raw, enclosure: Enclosure, scale: Scale) -> Result<(Self, Survey), SceneError> {
+    /// Joins vertices that are nearer to each other than `near`, builds the hierarchy, and looks at what touches.
+    fn join(
+        raw: &Raw,
+        enclosure: Enclosure,
+        scale: Scale,
+        near: f64,
+    ) -> Result<(Self, Survey), SceneError> {
         let smallest = scale.smallest;
-        let numbers = join::numbers(&raw.points, smallest);
+        let numbers = join::numbers(&raw.points, near);
         let mut faces = Vec::with_capacity(raw.counts.len());
         let mut at = 0;
         for ((&count, &place), material) in raw.counts.iter().zip(&raw.places).zip(&raw.materials) {
@@ -232,8 +239,8 @@ impl Scene {
             covered: Vec::new(),
         };
         scene.outlines = join::plain_outlines(&scene.faces);
-        scene.index(smallest);
-        scene.outlines = join::outlines(&scene, &numbers);
+        scene.index(near);
+        scene.outlines = join::outlines(&scene, &numbers, near);
         let margin = rounding(&scene.faces, scale.epsilon);
         let survey = crate::check::survey(&mut scene);
         scene.index(margin);
