@@ -3,6 +3,7 @@
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::vec::Vec;
 
+use fredholm_core::Real;
 use fredholm_scene::{Face, Scene};
 use fredholm_surfaces::space::{Vector, cross, dot, norm, ring, sub};
 use fredholm_surfaces::{Branch, Enclosure, Item, balanced, hull, leaves, margin};
@@ -197,12 +198,13 @@ impl Plane<'_> {
         own
     }
 
-    /// How an outline turns at a vertex: it is straight if the vertex is on the line between its neighbours, but for the smallest
-    /// distance.
+    /// How an outline turns at a vertex: it is straight if the three are on a line, but for the smallest distance, and right if it
+    /// goes back on that line.
     fn turn(&self, three: [u32; 3]) -> Turn {
         let [a, b, c] = three.map(|v| self.scene.vertex(v));
         let turn = dot(self.normal, cross(sub(b, a), sub(c, b)));
-        let slack = self.slack * norm(sub(c, a));
+        let sides = [sub(b, a), sub(c, b), sub(c, a)].map(norm);
+        let slack = self.slack * sides.into_iter().fold(0.0, Real::max);
         if turn > slack {
             Turn::Left
         } else if turn < -slack || dot(sub(b, a), sub(c, b)) < 0.0 {

@@ -222,17 +222,18 @@ impl<'a> Points<'a> {
     ) -> Option<Amount> {
         let mut heap = BinaryHeap::new();
         let (mut off, mut points) = (Uncertainty::default(), 0);
-        let all: Vec<u32> = (0..self.screens.len() as u32).collect();
         let (first, rest) = self.outer.points.split_first()?;
+        let whole = Cell {
+            corners: [*first; 3],
+            screens: (0..self.screens.len() as u32).collect(),
+            value: 0.0,
+            error: f64::INFINITY,
+            unseen: 0.0,
+            missed: 4.0 * MISSED,
+        };
         for pair in rest.windows(2) {
-            let cell = self.cell(
-                [*first, pair[0], pair[1]],
-                &all,
-                MISSED,
-                error,
-                slack,
-                buffers,
-            );
+            let corners = [*first, pair[0], pair[1]];
+            let cell = self.cell(corners, &whole, error, slack, buffers);
             points += 4;
             off.add(&cell, 1.0);
             heap.push(cell);
@@ -250,14 +251,7 @@ impl<'a> Points<'a> {
             let [a, b, c] = cell.corners;
             let [x, y, z] = [[b, c], [c, a], [a, b]].map(|[p, q]| along(p, 0.5, sub(q, p)));
             for corners in [[a, z, y], [z, b, x], [y, x, c], [x, y, z]] {
-                let own = self.cell(
-                    corners,
-                    &cell.screens,
-                    0.25 * cell.missed,
-                    error,
-                    slack,
-                    buffers,
-                );
+                let own = self.cell(corners, &cell, error, slack, buffers);
                 points += 4;
                 off.add(&own, 1.0);
                 heap.push(own);
@@ -271,15 +265,16 @@ impl<'a> Points<'a> {
         })
     }
 
+    /// A part of another cell.
     fn cell(
         &self,
         corners: [Vector<f64>; 3],
-        screens: &[u32],
-        missed: f64,
+        whole: &Cell,
         error: f64,
         slack: f64,
         buffers: &mut Buffers,
     ) -> Cell {
+        let missed = 0.25 * whole.missed;
         let mut cell = Cell {
             corners,
             screens: Vec::new(),
@@ -288,15 +283,16 @@ impl<'a> Points<'a> {
             unseen: 0.0,
             missed,
         };
+        let is_first = whole.error == f64::INFINITY;
         let own = Sheet {
             points: &corners,
             ..self.outer
         };
-        if missed == MISSED && self.outer.points.len() == 3 {
-            cell.screens.extend_from_slice(screens);
+        if is_first && self.outer.points.len() == 3 {
+            cell.screens.extend_from_slice(&whole.screens);
         } else {
             buffers.shaft.enclose(own, self.inner, slack);
-            for &number in screens {
+            for &number in &whole.screens {
                 match self.hides(number, own, &buffers.shaft) {
                     Hides::Nothing => {}
                     Hides::Some => cell.screens.push(number),
@@ -316,27 +312,37 @@ impl<'a> Points<'a> {
         }
         let [a, b, c] = INNER;
         let places = [[a, b, c], [b, a, c], [b, c, a]];
-        let mut sum = Seen::default();
+        let (mut sum, mut shares) = (Seen::default(), [0.0; 3]);
         let middle = self.seen(centroid(&corners), &cell.screens, buffers);
-        let (mut is_dark, mut is_bright) = (middle.part == 0.0, middle.part == middle.all);
-        for weights in places {
+        // All see nothing, or all that they could, but for what a cell may miss.
+        let is_near = |seen: Seen, share: f64| (seen.share() - share).abs() <= missed;
+        let (mut is_dark, mut is_bright) = (is_near(middle, 0.0), is_near(middle, 1.0));
+        for (own, weights) in shares.iter_mut().zip(places) {
             let at = from_fn(|k| (0..3).map(|i| weights[i] * corners[i][k]).sum());
             let seen = self.seen(at, &cell.screens, buffers);
-            is_dark &= seen.part == 0.0;
-            is_bright &= seen.part == seen.all;
+            is_dark &= is_near(seen, 0.0);
+            is_bright &= is_near(seen, 1.0);
             sum.part += seen.part;
             sum.all += seen.all;
+            *own = seen.share();
         }
         // What would be seen with nothing between is known: the points say which share of it is.
         let share = sum.share();
         cell.value = clear.value * share;
-        cell.error = clear.value * (share - middle.share()).abs();
+        // The middle may be right by chance: a quarter of a cell has no less than a sixteenth of its error, as where all is smooth.
+        let least = if is_first {
+            let squares = shares.map(|own| (own - share) * (own - share));
+            clear.value * Real::sqrt(squares.iter().sum::<f64>() / 6.0)
+        } else {
+            whole.error / 16.0
+        };
+        cell.error = Real::max(clear.value * (share - middle.share()).abs(), least);
         // Points that do not know where most of it comes from may miss that, or all be on one side of a shadow's edge.
         let size = area(&corners);
         let off = (clear.value - size / 3.0 * sum.all).abs();
         cell.unseen = off.min(clear.value);
         if is_dark || is_bright {
-            cell.unseen = Real::max(cell.unseen, clear.value * cell.missed);
+            cell.unseen = Real::max(cell.unseen, clear.value * missed);
         }
         cell
     }

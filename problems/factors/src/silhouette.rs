@@ -32,6 +32,9 @@ use crate::shaft::Shaft;
 /// The number of the sheet that is Q.
 pub(crate) const INNER: usize = 0;
 
+/// What is nearer than this many smallest distances to a plane is in it: vertices were moved to planes that are off by as much.
+pub(crate) const LOW: f64 = 4.0;
+
 /// A sine of the angle between an edge and the normal of P below which the edge adds nothing.
 const UPRIGHT: f64 = 1e-15;
 
@@ -220,7 +223,7 @@ impl View {
             sheets: core::iter::once(first).chain(screens.map(screen)).collect(),
             far: inner.far,
             fronts,
-            slack: 4.0 * shaft.slack() / size,
+            slack: LOW * shaft.slack() / size,
             unit: size,
             buffers: Buffers::default(),
         }
