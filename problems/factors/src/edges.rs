@@ -1,5 +1,7 @@
 //! What two polygons exchange that others hide from each other in part, as a sum of integrals along edges.
 
+use alloc::vec::Vec;
+
 use fredholm_core::Real;
 use fredholm_surfaces::space::norm;
 
@@ -40,12 +42,16 @@ pub(crate) fn difference(view: &mut View, error: f64, rules: &Rules) -> Amount {
         view,
         rules,
         density: Real::max(error / (scale * length), rounding),
+        least: 0.0,
         near: Real::max(error / (scale * ENDS), rounding),
         points: 0,
         sum: Amount::default(),
     };
-    for edge in &edges {
-        let places = events::places(work.view, edge);
+    let places = edges.iter().map(|edge| events::places(work.view, edge));
+    let places: Vec<Vec<f64>> = places.collect();
+    let parts: usize = places.iter().map(|own| own.len() - 1).sum();
+    work.least = work.density * length / parts.max(1) as f64;
+    for (edge, places) in edges.iter().zip(&places) {
         for part in places.windows(2) {
             work.add(edge, [part[0], part[1]], HALVINGS);
         }
@@ -61,6 +67,8 @@ struct Work<'a> {
     rules: &'a Rules,
     /// The error that is allowed, per length.
     density: f64,
+    /// The error that is allowed for any part: an equal share, for the shortest have no digits.
+    least: f64,
     /// The error that is allowed for a piece close to a logarithm.
     near: f64,
     points: usize,
@@ -105,7 +113,7 @@ impl Work<'_> {
     fn add(&mut self, edge: &Edge, part: [f64; 2], halvings: u32) {
         let [from, to] = part;
         let length = (to - from) * norm(edge.span);
-        let allowed = self.density * length;
+        let allowed = Real::max(self.density * length, self.least);
         let middle = 0.5 * (from + to);
         let near = if self.view.distance(edge, edge.at(middle)) < 0.75 * length {
             NEAR * length * length

@@ -32,6 +32,8 @@ struct Line {
     /// Whether its ends are directions.
     far: bool,
     sheet: usize,
+    /// Another sheet on the other side of the same line, or this one.
+    twin: usize,
     /// The normals with y at the beginning, in the middle and at the end of the edge.
     normals: [Vector<f64>; 3],
 }
@@ -46,10 +48,19 @@ impl Line {
             ends,
             far,
             sheet,
+            twin: sheet,
             normals: [[0.0; 3]; 3],
         };
         line.normals = [0.0, 0.5, 1.0].map(|t| line.normal(edge.at(t), edge.far));
         line
+    }
+
+    /// Whether both are lines of one sheet, which meet at its vertices only.
+    const fn adjoins(&self, other: &Self) -> bool {
+        self.sheet == other.sheet
+            || self.sheet == other.twin
+            || self.twin == other.sheet
+            || self.twin == other.twin
     }
 
     /// The normal of the plane through the line and y, which is perhaps a direction.
@@ -110,7 +121,7 @@ pub(crate) fn places(view: &View, edge: &Edge) -> Vec<f64> {
         }
     }
     for a in &lines {
-        for b in lines.iter().filter(|b| b.sheet != a.sheet) {
+        for b in lines.iter().filter(|b| !b.adjoins(a)) {
             for (k, [low, high]) in a.heights(b, edge).into_iter().enumerate() {
                 if (low > 0.0) == (high > 0.0) {
                     continue;
@@ -166,6 +177,7 @@ fn lines(view: &View, edge: &Edge) -> Vec<Line> {
             }
         }
     }
+    join(view, edge, &mut all);
     // Those on one line with the edge are no lines past it; and what lines meet meets P and Q, too.
     let length = norm(edge.span);
     let [first, last] = [edge.at(0.0), edge.at(1.0)];
@@ -194,6 +206,44 @@ fn lines(view: &View, edge: &Edge) -> Vec<Line> {
     all
 }
 
+/// Makes one of two lines that sheets have in common, and none where the shadows of both are side by side: then the shadow of both
+/// together does not end there.
+fn join(view: &View, edge: &Edge, lines: &mut Vec<Line>) {
+    let is_other = |sheet: usize| edge.others.binary_search(&sheet).is_ok();
+    let is_near = |p: Vector<f64>, q: Vector<f64>| norm(sub(p, q)) <= view.slack;
+    let mut k = 0;
+    while let Some(own) = lines.get(k).copied() {
+        k += 1;
+        if !is_other(own.sheet) {
+            continue;
+        }
+        let [a, b] = own.ends;
+        let rest = lines.iter().enumerate().skip(k);
+        let mut twins = rest.filter(|(_, line)| {
+            is_other(line.sheet) && is_near(line.ends[0], b) && is_near(line.ends[1], a)
+        });
+        let (Some((at, twin)), None) = (twins.next(), twins.next()) else {
+            continue;
+        };
+        let number = twin.sheet;
+        let heights = |sheet: usize| {
+            let sheet = view.sheets.get(sheet);
+            [0.0, 1.0].map(|t| sheet.map_or(0.0, |own| own.rise(edge, t)))
+        };
+        let ([p, q], [r, s]) = (heights(own.sheet), heights(number));
+        let is_above = [p, q, r, s].iter().all(|&h| h > view.slack);
+        let is_below = [p, q, r, s].iter().all(|&h| h < -view.slack);
+        lines.remove(at);
+        k -= 1;
+        if is_above || is_below {
+            lines.remove(k);
+        } else if let Some(own) = lines.get_mut(k) {
+            own.twin = number;
+            k += 1;
+        }
+    }
+}
+
 /// Places where three lines appear to meet in a point.
 fn threes(view: &View, edge: &Edge, lines: &[Line], places: &mut Vec<f64>) {
     // Whether one line may appear to cross another: not if both ends are on one side of the plane all along.
@@ -205,12 +255,12 @@ fn threes(view: &View, edge: &Edge, lines: &[Line], places: &mut Vec<f64>) {
     for (k, a) in lines.iter().enumerate() {
         let rest = lines.get(k + 1..).unwrap_or(&[]);
         for (l, b) in rest.iter().enumerate() {
-            if a.sheet == b.sheet || !cross_over(a, b) || !cross_over(b, a) {
+            if a.adjoins(b) || !cross_over(a, b) || !cross_over(b, a) {
                 continue;
             }
             let directions: [Vector<f64>; 3] = from_fn(|i| cross(a.normals[i], b.normals[i]));
             for c in rest.get(l + 1..).unwrap_or(&[]) {
-                if c.sheet == a.sheet || c.sheet == b.sheet {
+                if c.adjoins(a) || c.adjoins(b) {
                     continue;
                 }
                 let values: [f64; 3] = if edge.far {
@@ -300,7 +350,10 @@ fn is_seen(
     if !lines.iter().all(|line| line.met(y, direction)) {
         return false;
     }
-    let among = |sheet: usize| lines.iter().any(|line| line.sheet == sheet);
+    let among = |sheet: usize| {
+        let mut own = lines.iter();
+        own.any(|line| line.sheet == sheet || line.twin == sheet)
+    };
     let low = if edge.far {
         direction[2].abs() <= PARALLEL
     } else {
