@@ -12,7 +12,7 @@ use crate::occluders::{Occluder, Occluders};
 use crate::points::{Buffers, Points};
 use crate::rules::{Rules, area, radius};
 use crate::shaft::Shaft;
-use crate::silhouette::{LOW, View};
+use crate::silhouette::View;
 
 /// The share of the error that may be of what would be if nothing were between.
 const CLEAR: f64 = 1e-3;
@@ -113,7 +113,7 @@ pub(crate) fn exchange(
     amount
 }
 
-/// The part of an occluder that is in front of both polygons; none if it is in the plane of one, as edges see that.
+/// The part of an occluder that is in front of both polygons.
 fn screen(
     occluder: &Occluder,
     pair: (Sheet<'_>, Sheet<'_>),
@@ -122,11 +122,7 @@ fn screen(
     let mut rest = occluder.points.clone();
     for sheet in [pair.0, pair.1].into_iter().filter(|sheet| !sheet.far) {
         let first = sheet.points.first().copied().unwrap_or_default();
-        let height = |p| dot(sheet.normal, sub(p, first));
-        rest = keep(&rest, height, slack);
-        if rest.iter().all(|&p| height(p) <= LOW * slack) {
-            return None;
-        }
+        rest = keep(&rest, |p| dot(sheet.normal, sub(p, first)), slack);
     }
     let size = radius(&rest, rest.first().copied().unwrap_or_default());
     (rest.len() >= 3 && area(&rest) > slack * size).then_some(rest)

@@ -25,8 +25,8 @@ use crate::shaft::{Hides, Shaft};
 /// The places of the three points of a triangle, as shares of its corners: a rule of degree 2. A fourth is in the middle.
 const INNER: [f64; 3] = [2.0 / 3.0, 1.0 / 6.0, 1.0 / 6.0];
 
-/// The share of a polygon that a triangle may miss whose points all see all that they could, or nothing: of the first triangles. Each
-/// quarter misses a quarter of that.
+/// The share of a polygon that a triangle may miss whose points all see all that they could, or nothing: of the first triangles. Of all
+/// its quarters a strip of light along an edge is in half.
 const MISSED: f64 = 0.02;
 
 /// The most faces of a body one of which may hide all.
@@ -229,7 +229,7 @@ impl<'a> Points<'a> {
             value: 0.0,
             error: f64::INFINITY,
             unseen: 0.0,
-            missed: 4.0 * MISSED,
+            missed: 2.0 * MISSED,
         };
         for pair in rest.windows(2) {
             let corners = [*first, pair[0], pair[1]];
@@ -274,7 +274,7 @@ impl<'a> Points<'a> {
         slack: f64,
         buffers: &mut Buffers,
     ) -> Cell {
-        let missed = 0.25 * whole.missed;
+        let missed = 0.5 * whole.missed;
         let mut cell = Cell {
             corners,
             screens: Vec::new(),

@@ -5,7 +5,7 @@ use alloc::vec::Vec;
 use fredholm_core::Real;
 use fredholm_scene::{Face, Scene};
 use fredholm_surfaces::Enclosure;
-use fredholm_surfaces::space::{Vector, dot, sub, unit};
+use fredholm_surfaces::space::{Vector, dot, norm, ring, sub, unit};
 
 use crate::FactorsError;
 use crate::clear::{self, Amount, PARALLEL, Sheet};
@@ -352,7 +352,11 @@ impl<'a> Sights<'a> {
             }
         };
         // A face whose edges move by the blur changes by this share.
-        let blur = self.blur * amount.value / Real::sqrt(smaller);
+        let share = |face: &Face<f64>| {
+            let around: f64 = ring(face.polygon()).map(|[p, q]| norm(sub(q, p))).sum();
+            self.blur * around / face.area
+        };
+        let blur = amount.value * Real::max(share(a), share(b)).min(1.0);
         row.error = Real::max(row.error, (amount.error + blur) / smaller);
         amount.value
     }

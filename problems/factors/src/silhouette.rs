@@ -26,14 +26,11 @@ use fredholm_surfaces::space::{
 use crate::clear::{PARALLEL, Sheet};
 use crate::clip::{Pieces, Rest, cut};
 use crate::flat::{Half, Point, area, around, at, half};
-use crate::rules::double_area;
+use crate::rules::{double_area, radius};
 use crate::shaft::Shaft;
 
 /// The number of the sheet that is Q.
 pub(crate) const INNER: usize = 0;
-
-/// What is nearer than this many smallest distances to a plane is in it: vertices were moved to planes that are off by as much.
-pub(crate) const LOW: f64 = 4.0;
 
 /// A sine of the angle between an edge and the normal of P below which the edge adds nothing.
 const UPRIGHT: f64 = 1e-15;
@@ -194,13 +191,18 @@ impl View {
         let x = unit(cross(least_axis(z), z));
         let y = cross(z, x);
         let turned = |p: Vector<f64>| [dot(x, p), dot(y, p), dot(z, p)];
-        let place = |p: &Vector<f64>| turned(sub(*p, origin)).map(|x| x / size);
+        let slack = 4.0 * shaft.slack() / size;
+        let width = radius(outer.points, origin) / size;
+        // What is in P's plane is at 0: the plane is off as many times more as it is further away than P is wide.
+        let place = |p: &Vector<f64>| {
+            let mut p = turned(sub(*p, origin)).map(|x| x / size);
+            if p[2].abs() <= slack * (1.0 + norm(p) / width) {
+                p[2] = 0.0;
+            }
+            p
+        };
         let list =
             |points: &[Vector<f64>]| -> Vec<Vector<f64>> { points.iter().map(place).collect() };
-        let mut own = list(outer.points);
-        for p in &mut own {
-            p[2] = 0.0;
-        }
         let screen = |points: &[Vector<f64>]| {
             let own = list(points);
             Screen {
@@ -218,12 +220,15 @@ impl View {
         } else {
             screen(inner.points)
         };
+        // What lies in P's plane hides nothing.
+        let screens = screens.map(screen);
+        let screens = screens.filter(|own| own.points.iter().any(|p| p[2] != 0.0));
         Self {
-            outer: own,
-            sheets: core::iter::once(first).chain(screens.map(screen)).collect(),
+            outer: list(outer.points),
+            sheets: core::iter::once(first).chain(screens).collect(),
             far: inner.far,
             fronts,
-            slack: LOW * shaft.slack() / size,
+            slack,
             unit: size,
             buffers: Buffers::default(),
         }

@@ -350,9 +350,6 @@ const RAYS: u32 = 24;
 /// In a closed scene a part is no part of the room if more than this share of its rays meets a back or nothing.
 const STRAY: f64 = 0.05;
 
-/// In an open scene what is covered sees backs with at least this share of its rays, and not parts alone that may leave as well.
-const BACKS: f64 = 1.0 / 16.0;
-
 /// What rays from a part of a face meet.
 #[derive(Clone, Debug, Default)]
 struct View {
@@ -410,9 +407,9 @@ impl View {
         }
     }
 
-    /// Whether nothing of it is far away, and enough of it are backs.
+    /// Whether nothing of it is far away, and something of it is a back: where solids crowd each other most of it are fronts.
     fn has_backs(&self) -> bool {
-        self.misses == 0 && self.backs.len() as f64 >= BACKS * self.rays as f64
+        self.misses == 0 && !self.backs.is_empty()
     }
 
     /// The surface most of whose backs are seen.
