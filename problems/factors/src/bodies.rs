@@ -10,6 +10,7 @@ use alloc::vec::Vec;
 use fredholm_surfaces::Forest;
 use fredholm_surfaces::space::{Vector, cross, dot, norm, sub, unit};
 
+use crate::clear::Sheet;
 use crate::occluders::Occluder;
 
 /// The most faces of a body: whether it is convex takes time in proportion to their square.
@@ -54,30 +55,70 @@ impl Body {
         })
     }
 
-    /// Writes the inward normals of planes through a point and the edges of the outline that the point sees; none if it sees no
-    /// face from the front. `fronts` is a buffer.
-    pub(crate) fn outline(
+    /// Whether all of it is in front of a polygon.
+    pub(crate) fn is_before(&self, sheet: Sheet<'_>, slack: f64) -> bool {
+        let first = sheet.points.first().copied().unwrap_or_default();
+        let mut points = self.points.iter();
+        sheet.far || points.all(|&p| dot(sheet.normal, sub(p, first)) >= -slack)
+    }
+
+    /// The body elsewhere: where points are, and where vectors point.
+    pub(crate) fn placed(
         &self,
-        from: Vector<f64>,
-        fronts: &mut Vec<bool>,
-        halves: &mut Vec<Vector<f64>>,
-    ) {
-        halves.clear();
-        fronts.clear();
-        fronts.extend(self.planes.iter().map(|plane| plane.height(from) > 0.0));
-        if !fronts.contains(&true) {
-            return;
-        }
-        let is_front = |face: u32| fronts.get(face as usize) == Some(&true);
-        for edge in &self.edges {
-            let [left, right] = edge.faces.map(is_front);
-            if left != right {
-                let [a, b] = edge.ends;
-                let normal = cross(sub(a, from), sub(b, a));
-                halves.push(if left { normal.map(|x| -x) } else { normal });
-            }
+        place: impl Fn(&Vector<f64>) -> Vector<f64>,
+        turned: impl Fn(Vector<f64>) -> Vector<f64>,
+    ) -> Self {
+        let plane = |own: &Plane| Plane {
+            normal: turned(own.normal),
+            point: place(&own.point),
+        };
+        let edge = |own: &Edge| Edge {
+            ends: own.ends.each_ref().map(&place),
+            ..*own
+        };
+        Self {
+            faces: self.faces.clone(),
+            points: self.points.iter().map(&place).collect(),
+            planes: self.planes.iter().map(plane).collect(),
+            edges: self.edges.iter().map(edge).collect(),
         }
     }
+
+    /// The edges of the outline that is seen from somewhere, counter-clockwise, and the planes of the faces at their left. Which planes are
+    /// seen from the front is said by their normals and a point of them; `fronts` is a buffer.
+    pub(crate) fn outline<'a>(
+        &'a self,
+        is_front: impl Fn(Vector<f64>, Vector<f64>) -> bool,
+        fronts: &'a mut Vec<bool>,
+    ) -> impl Iterator<Item = Rim> + 'a {
+        fronts.clear();
+        let planes = self.planes.iter();
+        fronts.extend(planes.map(|plane| is_front(plane.normal, plane.point)));
+        let fronts = &*fronts;
+        self.edges.iter().filter_map(move |edge| {
+            let is_front = |face: u32| fronts.get(face as usize) == Some(&true);
+            let [a, b] = edge.ends;
+            let (ends, face) = match edge.faces.map(is_front) {
+                [true, false] => ([a, b], edge.faces[0]),
+                [false, true] => ([b, a], edge.faces[1]),
+                _ => return None,
+            };
+            let Plane { normal, point } = *self.planes.get(face as usize)?;
+            Some(Rim {
+                ends,
+                normal,
+                point,
+            })
+        })
+    }
+}
+
+/// An edge of an outline, and the plane of the face of which it is an edge.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rim {
+    pub(crate) ends: [Vector<f64>; 2],
+    pub(crate) normal: Vector<f64>,
+    pub(crate) point: Vector<f64>,
 }
 
 /// The convex bodies that occluders make.

@@ -5,6 +5,7 @@ use alloc::vec::Vec;
 use fredholm_core::Real;
 use fredholm_surfaces::space::{Vector, centroid, dot, norm, sub};
 
+use crate::bodies::Body;
 use crate::clear::{self, Amount, Sheet};
 use crate::clip::keep;
 use crate::edges;
@@ -12,7 +13,7 @@ use crate::occluders::{Occluder, Occluders};
 use crate::points::{Buffers, Points};
 use crate::rules::{Rules, area, radius};
 use crate::shaft::Shaft;
-use crate::silhouette::View;
+use crate::silhouette::{Hiding, View};
 
 /// The share of the error that may be of what would be if nothing were between.
 const CLEAR: f64 = 1e-3;
@@ -76,26 +77,35 @@ pub(crate) fn exchange(
     if let Some(amount) = points.exchange(error, most, true, shaft.slack(), buffers) {
         return amount;
     }
+    // Bodies in front of both hide what their outlines do.
+    let slack = shaft.slack();
+    let is_whole = |body: &Body| {
+        let is_out = |sheet: Sheet<'_>| body.is_before(sheet, slack);
+        body.is_apart(pair.0.points, slack) && is_out(pair.0) && is_out(pair.1)
+    };
     let between = between.iter().filter_map(|occluder| {
-        let mut screen = screen(occluder, pair, shaft.slack())?;
+        let mut points = screen(occluder, pair, slack)?;
         // What is seen from the front is said of the first.
         if swap {
-            screen.reverse();
+            points.reverse();
         }
-        Some(screen)
+        let body = occluder
+            .body
+            .filter(|_| points.len() == occluder.points.len());
+        let body = body.filter(|&body| occluders.body(body).is_some_and(is_whole));
+        Some(Hiding { points, body })
     });
-    let screens: Vec<Vec<Vector<f64>>> = between.collect();
+    let screens: Vec<Hiding> = between.collect();
     let clear = CLEAR * error;
     let all = clear::exchange(a, b, clear / area(pair.1.points), rules);
     let middle = centroid(a.points);
     let width = if b.far {
-        let far = screens.iter().map(|screen| radius(screen, middle));
+        let far = screens.iter().map(|screen| radius(&screen.points, middle));
         far.fold(size(a), Real::max)
     } else {
         size(a) + size(b) + norm(sub(middle, centroid(b.points)))
     };
-    let screens = screens.iter().map(Vec::as_slice);
-    let mut view = View::new(pair, screens, fronts, shaft, width);
+    let mut view = View::new(pair, &screens, fronts, shaft, width, occluders);
     let mut amount = edges::difference(&mut view, error, rules);
     amount.error += clear + all.error;
     amount.value += all.value;

@@ -168,10 +168,9 @@ impl<'a> Points<'a> {
         };
         // One that reaches behind the inner polygon, or in which the outer one may be, is taken face by face.
         bodies.retain(|&body| {
-            occluders.body(body).is_some_and(|own| {
-                own.is_apart(outer.points, slack)
-                    && (inner.far || own.points.iter().all(|&p| height(p) >= -slack))
-            })
+            occluders
+                .body(body)
+                .is_some_and(|own| own.is_apart(outer.points, slack) && own.is_before(inner, slack))
         });
         let is_whole = |own: &Occluder| {
             own.body
@@ -386,7 +385,15 @@ impl<'a> Points<'a> {
         let mut is_whole = true;
         for &number in screens {
             match self.screens.get(number as usize) {
-                Some(Screen::Body(body)) => body.outline(x, seen, halves),
+                Some(Screen::Body(body)) => {
+                    let is_front = |normal, at| dot(normal, sub(x, at)) > 0.0;
+                    halves.clear();
+                    let outline = body.outline(is_front, seen);
+                    halves.extend(outline.map(|rim| {
+                        let [a, b] = rim.ends;
+                        cross(sub(a, x), sub(b, a)).map(|c| -c)
+                    }));
+                }
                 Some(Screen::Face(occluder, points)) => {
                     let height = occluder.height(x);
                     let is_seen = match self.fronts {

@@ -23,9 +23,11 @@ use fredholm_surfaces::space::{
     Vector, along, centroid, cross, dot, least_axis, norm, ring, scale, sub, unit,
 };
 
+use crate::bodies::Body;
 use crate::clear::{PARALLEL, Sheet};
 use crate::clip::{Pieces, Rest, cut};
 use crate::flat::{Half, Point, area, around, at, half};
+use crate::occluders::Occluders;
 use crate::rules::{double_area, radius};
 use crate::shaft::Shaft;
 
@@ -42,6 +44,8 @@ pub(crate) struct Screen {
     normal: Vector<f64>,
     /// The part of each edge that is between P and Q, as fractions of the edge.
     parts: Vec<Option<[f64; 2]>>,
+    /// The number of the view's body of which it is a face.
+    body: Option<usize>,
 }
 
 impl Screen {
@@ -108,6 +112,13 @@ impl Screen {
     }
 }
 
+/// A polygon that hides, and the number of the body that hides with it, if all of that does.
+#[derive(Clone, Debug)]
+pub(crate) struct Hiding {
+    pub(crate) points: Vec<Vector<f64>>,
+    pub(crate) body: Option<u32>,
+}
+
 /// On which sides of an edge a polygon is that has the edge, as seen from the polygon's front.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Side {
@@ -131,6 +142,9 @@ pub(crate) struct Edge {
     pub(crate) touches: Vec<Touch>,
     /// The numbers of the other sheets that may hide something past the edge, in ascending order.
     pub(crate) others: Vec<usize>,
+    /// Those of them that are taken one by one, and the bodies that the rest are faces of.
+    alone: Vec<usize>,
+    bodies: Vec<usize>,
     /// Whether it is one of Q's.
     pub(crate) inner: bool,
     /// Whether it is at infinity: its points are directions.
@@ -154,6 +168,7 @@ struct Buffers {
     sectors: [Pieces<2, [bool; 2]>; 2],
     rest: Rest<2>,
     halves: Vec<Half>,
+    seen: Vec<bool>,
     own: Vec<Point>,
     inside: Vec<Point>,
     outside: Vec<Point>,
@@ -165,6 +180,8 @@ pub(crate) struct View {
     pub(crate) outer: Vec<Vector<f64>>,
     /// Q, and what may hide it.
     pub(crate) sheets: Vec<Screen>,
+    /// Convex bodies of which some of these are faces.
+    bodies: Vec<Body>,
     /// Whether Q is at infinity: its vertices are directions.
     pub(crate) far: bool,
     /// Whether only what is seen from the front hides.
@@ -179,12 +196,13 @@ pub(crate) struct View {
 impl View {
     /// The pair with screens, whose vertices are counter-clockwise seen from the side from which they hide, if they do
     /// so from one.
-    pub(crate) fn new<'a>(
-        (outer, inner): (Sheet<'a>, Sheet<'a>),
-        screens: impl Iterator<Item = &'a [Vector<f64>]>,
+    pub(crate) fn new(
+        (outer, inner): (Sheet<'_>, Sheet<'_>),
+        screens: &[Hiding],
         fronts: bool,
         shaft: &Shaft,
         size: f64,
+        occluders: &Occluders,
     ) -> Self {
         let origin = centroid(outer.points);
         let z = outer.normal;
@@ -203,12 +221,17 @@ impl View {
         };
         let list =
             |points: &[Vector<f64>]| -> Vec<Vector<f64>> { points.iter().map(place).collect() };
-        let screen = |points: &[Vector<f64>]| {
+        let mut numbers: Vec<u32> = screens.iter().filter_map(|own| own.body).collect();
+        numbers.sort_unstable();
+        numbers.dedup();
+        let bodies = numbers.iter().filter_map(|&body| occluders.body(body));
+        let screen = |points: &[Vector<f64>], body: Option<u32>| {
             let own = list(points);
             Screen {
                 normal: unit(double_area(&own)),
                 points: own,
                 parts: ring(points).map(|ends| shaft.part(ends)).collect(),
+                body: body.and_then(|own| numbers.binary_search(&own).ok()),
             }
         };
         let first = if inner.far {
@@ -216,16 +239,18 @@ impl View {
                 points: inner.points.iter().map(|&p| turned(p)).collect(),
                 normal: [0.0; 3],
                 parts: inner.points.iter().map(|_| Some([0.0, 1.0])).collect(),
+                body: None,
             }
         } else {
-            screen(inner.points)
+            screen(inner.points, None)
         };
         // What lies in P's plane hides nothing.
-        let screens = screens.map(screen);
+        let screens = screens.iter().map(|own| screen(&own.points, own.body));
         let screens = screens.filter(|own| own.points.iter().any(|p| p[2] != 0.0));
         Self {
             outer: list(outer.points),
             sheets: core::iter::once(first).chain(screens).collect(),
+            bodies: bodies.map(|own| own.placed(place, turned)).collect(),
             far: inner.far,
             fronts,
             slack,
@@ -354,9 +379,17 @@ impl View {
         };
         let is_low = |p: &Vector<f64>| p[2] <= self.slack;
         let signs: &[f64] = if self.fronts { &[1.0] } else { &[1.0, -1.0] };
+        let body_of = |number: usize| self.sheets.get(number).and_then(|own| own.body);
+        let touched = edge.touches.iter().filter_map(|own| body_of(own.sheet));
+        let touched: Vec<usize> = touched.collect();
+        // Past an edge of a body it hides nothing more.
+        let own = touched
+            .iter()
+            .copied()
+            .find(|body| touched.iter().filter(|other| *other == body).count() > 1);
         edge.others = (1..self.sheets.len())
             .filter(|&number| {
-                let is_other = !edge.touches(number);
+                let is_other = !edge.touches(number) && (own.is_none() || body_of(number) != own);
                 let lies = edge.far || ends.iter().any(is_low);
                 self.sheets.get(number).is_some_and(|screen| {
                     let is_flat = lies && screen.points.iter().any(is_low);
@@ -364,6 +397,14 @@ impl View {
                 })
             })
             .collect();
+        for &number in &edge.others {
+            match body_of(number).filter(|body| !touched.contains(body)) {
+                Some(body) => edge.bodies.push(body),
+                None => edge.alone.push(number),
+            }
+        }
+        edge.bodies.sort_unstable();
+        edge.bodies.dedup();
         !regions.is_empty()
     }
 
@@ -406,6 +447,8 @@ impl View {
                     span: scale(span, part[1] - part[0]),
                     touches,
                     others: Vec::new(),
+                    alone: Vec::new(),
+                    bodies: Vec::new(),
                     inner: own == INNER,
                     far: false,
                 });
@@ -517,32 +560,12 @@ impl View {
         buffers: &mut Buffers,
         measure: impl Fn(&[Point]) -> f64,
     ) -> f64 {
-        let Buffers { rest, halves, .. } = buffers;
+        let Buffers {
+            rest, halves, seen, ..
+        } = buffers;
         rest.begin(sector);
         let mut sum = 0.0;
-        for &number in &edge.others {
-            let Some(screen) = self.sheets.get(number) else {
-                continue;
-            };
-            let (height, slack) = if edge.far {
-                (dot(screen.normal, y), PARALLEL)
-            } else {
-                (screen.height(y), self.slack)
-            };
-            if height.abs() <= slack {
-                continue;
-            }
-            let half = |ends| match edge.far {
-                true => self.far_half(screen, ends, y),
-                false => self.half(screen, ends, y, height),
-            };
-            halves.clear();
-            halves.extend(ring(&screen.points).map(half));
-            let signs = if self.fronts {
-                &[1.0][..]
-            } else {
-                &[1.0, -1.0]
-            };
+        let mut take = |halves: &[Half], signs: &[f64]| {
             for sign in signs {
                 rest.take(
                     halves,
@@ -552,27 +575,62 @@ impl View {
                     },
                 );
             }
+        };
+        let half = |ends, normal, height| match edge.far {
+            true => self.far_half(normal, ends, y),
+            false => self.half(normal, ends, y, height),
+        };
+        let slack = if edge.far { PARALLEL } else { self.slack };
+        for body in edge.bodies.iter().filter_map(|&own| self.bodies.get(own)) {
+            // What is hidden is behind all faces that y sees, or that light in its direction leaves by.
+            let height = |normal, point| {
+                if edge.far {
+                    dot(normal, y)
+                } else {
+                    dot(normal, sub(y, point))
+                }
+            };
+            halves.clear();
+            let outline = body.outline(|normal, point| height(normal, point) > slack, seen);
+            halves.extend(
+                outline.map(|rim| half(rim.ends, rim.normal, height(rim.normal, rim.point))),
+            );
+            if !halves.is_empty() {
+                take(halves, &[1.0, -1.0]);
+            }
+        }
+        for &number in &edge.alone {
+            let Some(screen) = self.sheets.get(number) else {
+                continue;
+            };
+            let height = if edge.far {
+                dot(screen.normal, y)
+            } else {
+                screen.height(y)
+            };
+            if height.abs() <= slack {
+                continue;
+            }
+            halves.clear();
+            halves.extend(ring(&screen.points).map(|ends| half(ends, screen.normal, height)));
+            let signs: &[f64] = if self.fronts { &[1.0] } else { &[1.0, -1.0] };
+            take(halves, signs);
         }
         sum
     }
 
     /// The half-plane of an edge of a screen. If the edge and y are in P's plane it is what is beyond the screen.
-    fn half(&self, screen: &Screen, [a, b]: [Vector<f64>; 2], y: Vector<f64>, height: f64) -> Half {
+    fn half(&self, n: Vector<f64>, [a, b]: [Vector<f64>; 2], y: Vector<f64>, height: f64) -> Half {
         if y[2] <= self.slack && a[2] <= self.slack && b[2] <= self.slack {
-            let n = screen.normal;
             return [n[0], n[1], height - n[2] * y[2]];
         }
         half(a, b, y)
     }
 
     /// The half-plane of the points in P's plane from which the line in direction ω passes an edge of a screen on its left.
-    fn far_half(&self, screen: &Screen, [a, b]: [Vector<f64>; 2], w: Vector<f64>) -> Half {
+    fn far_half(&self, n: Vector<f64>, [a, b]: [Vector<f64>; 2], w: Vector<f64>) -> Half {
         let low = w[2] <= PARALLEL && a[2] <= self.slack && b[2] <= self.slack;
-        let m = if low {
-            screen.normal
-        } else {
-            cross(sub(b, a), w)
-        };
+        let m = if low { n } else { cross(sub(b, a), w) };
         [m[0], m[1], -dot(m, a)]
     }
 }
@@ -588,6 +646,8 @@ fn arc([from, to]: [Vector<f64>; 2]) -> Option<Edge> {
         span: sub(to, from),
         touches: Vec::from([touch]),
         others: Vec::new(),
+        alone: Vec::new(),
+        bodies: Vec::new(),
         inner: true,
         far: true,
     })
