@@ -252,17 +252,22 @@ fn threes(view: &View, edge: &Edge, lines: &[Line], places: &mut Vec<f64>) {
         let all = [p[0], p[1], q[0], q[1]];
         !(all.iter().all(|&h| h > 0.0) || all.iter().all(|&h| h < 0.0))
     };
-    for (k, a) in lines.iter().enumerate() {
-        let rest = lines.get(k + 1..).unwrap_or(&[]);
-        for (l, b) in rest.iter().enumerate() {
-            if a.adjoins(b) || !cross_over(a, b) || !cross_over(b, a) {
+    // After each line those that it crosses.
+    let crossed: Vec<Vec<usize>> = (lines.iter().enumerate())
+        .map(|(k, a)| {
+            let rest = lines.iter().enumerate().skip(k + 1);
+            let rest = rest.filter(|(_, b)| !a.adjoins(b) && cross_over(a, b) && cross_over(b, a));
+            rest.map(|(l, _)| l).collect()
+        })
+        .collect();
+    for (a, own) in lines.iter().zip(&crossed) {
+        for &l in own {
+            let (Some(b), Some(others)) = (lines.get(l), crossed.get(l)) else {
                 continue;
-            }
+            };
             let directions: [Vector<f64>; 3] = from_fn(|i| cross(a.normals[i], b.normals[i]));
-            for c in rest.get(l + 1..).unwrap_or(&[]) {
-                if c.adjoins(a) || c.adjoins(b) {
-                    continue;
-                }
+            let both = others.iter().filter(|m| own.binary_search(m).is_ok());
+            for c in both.filter_map(|&m| lines.get(m)) {
                 let values: [f64; 3] = if edge.far {
                     [0.0, 0.5, 1.0].map(|t| concurrence([a, b, c], edge.at(t)))
                 } else {
