@@ -62,15 +62,26 @@ impl Body {
         sheet.far || points.all(|&p| dot(sheet.normal, sub(p, first)) >= -slack)
     }
 
-    /// The body elsewhere: where points are, and where vectors point.
+    /// The body elsewhere: where points are, and where vectors point. A face of it that is at z = 0, but for `slack`, has its normal along z.
     pub(crate) fn placed(
         &self,
         place: impl Fn(&Vector<f64>) -> Vector<f64>,
         turned: impl Fn(Vector<f64>) -> Vector<f64>,
+        slack: f64,
     ) -> Self {
-        let plane = |own: &Plane| Plane {
-            normal: turned(own.normal),
-            point: place(&own.point),
+        let plane = |own: &Plane| {
+            let (normal, point) = (turned(own.normal), place(&own.point));
+            let mut corners = self
+                .points
+                .iter()
+                .filter(|&&p| own.height(p).abs() <= slack);
+            let is_flat = point[2] == 0.0 && corners.all(|p| place(p)[2] == 0.0);
+            let normal = if is_flat {
+                [0.0, 0.0, if normal[2] < 0.0 { -1.0 } else { 1.0 }]
+            } else {
+                normal
+            };
+            Plane { normal, point }
         };
         let edge = |own: &Edge| Edge {
             ends: own.ends.each_ref().map(&place),

@@ -250,7 +250,9 @@ impl View {
         Self {
             outer: list(outer.points),
             sheets: core::iter::once(first).chain(screens).collect(),
-            bodies: bodies.map(|own| own.placed(place, turned)).collect(),
+            bodies: bodies
+                .map(|own| own.placed(place, turned, shaft.slack()))
+                .collect(),
             far: inner.far,
             fronts,
             slack,
