@@ -151,6 +151,35 @@ impl<'a> Sights<'a> {
         sum
     }
 
+    /// What the exchange of a face with the patches of a sky takes, in the unit of [`Sights::work`].
+    #[must_use]
+    pub fn sky_work(&self, face: usize, sky: &Sky) -> f64 {
+        let Some(own) = self.faces.get(face) else {
+            return 0.0;
+        };
+        let sheet = Sheet {
+            points: own.polygon(),
+            normal: own.normal,
+            far: false,
+        };
+        let mut shaft = Shaft::default();
+        let mut sum = 0.0;
+        for piece in sky.pieces() {
+            let above = keep(&piece.corners, |d| dot(own.normal, d), PARALLEL);
+            if above.len() < 3 {
+                continue;
+            }
+            let pair = (sheet, sheet.directions(&above));
+            shaft.enclose(pair.0, pair.1, self.slack);
+            sum += 1.0;
+            if let Between::Some(found) = shaft.between(&self.occluders, pair, false) {
+                // Allowed is the piece's share of the error, and the piece is all that could be seen.
+                sum += partial::work(found.len(), 1.0, self.error);
+            }
+        }
+        sum
+    }
+
     /// The exchange of a face with the patches of a sky. Those that nothing hides are exact but for rounding, others to
     /// the error of form factors.
     ///

@@ -97,7 +97,7 @@ pub(crate) fn factors(
     let parts = Parts::new(args, &file, &scene)?;
     let watch = Watch { signals, deadline };
     let start = Instant::now();
-    let (mut factors, is_finished) = if parts.takes_rays(args, &scene)? {
+    let (mut factors, is_finished) = if parts.takes_rays(args, &scene, sky.as_ref())? {
         ray_factors::by_rays(args, &parts, &scene, sky.as_ref(), &watch)?
     } else {
         refuse_beyond_memory(args, &file, &scene)?;
@@ -105,6 +105,8 @@ pub(crate) fn factors(
     };
     if least > 0.0 {
         factors.factors = factors.factors.chosen(0..factors.factors.len(), least);
+        let errors = factors.std_errors.as_ref();
+        factors.std_errors = errors.map(|errors| errors.among(&factors.factors));
     }
     if let Some(space) = &mut factors.space {
         space.seconds = start.elapsed().as_secs_f64();
@@ -227,7 +229,12 @@ impl Parts {
     }
 
     /// Whether rays are asked for, or take much less time than exact factors: a forecast from some rows, the same on every machine.
-    fn takes_rays(&self, args: &FactorsArgs, scene: &Scene) -> Result<bool, Failure> {
+    fn takes_rays(
+        &self,
+        args: &FactorsArgs,
+        scene: &Scene,
+        sky: Option<&Sky>,
+    ) -> Result<bool, Failure> {
         let refused = [("--grey", args.grey), ("--close", args.close)];
         let refused = refused.iter().find(|(_, given)| *given);
         match args.method.unwrap_or(FactorMethod::Auto) {
@@ -245,20 +252,33 @@ impl Parts {
         }
         let error = args.error.unwrap_or(ERROR);
         let sights = Sights::new(scene, error).map_err(Failure::input)?;
-        let faces = scene.faces().len();
-        let wanted: Vec<usize> = (0..faces).filter(|&face| self.wants(face)).collect();
-        let step = wanted.len().div_ceil(SAMPLE).max(1);
-        let sample: Vec<f64> = wanted
+        let exact: f64 = self
+            .forecast(&sights, scene.faces().len(), sky)
             .iter()
-            .step_by(step)
-            .map(|&face| sights.work(face))
-            .collect();
-        let mean = sample.iter().sum::<f64>() / sample.len().max(1) as f64;
-        // Of all rows each pair is looked at once.
-        let share = if self.rows.is_some() { 1.0 } else { 0.5 };
-        let exact = share * mean * wanted.len() as f64 * POINT;
+            .sum();
         let rays = ray_factors::rays_for(error) * self.count() as f64 * RAY;
         Ok(exact > 60.0 && exact > 10.0 * rays)
+    }
+
+    /// The seconds on one thread that the row of each face takes: a forecast from some rows, the same on every machine.
+    fn forecast(&self, sights: &Sights<'_>, faces: usize, sky: Option<&Sky>) -> Vec<f64> {
+        let wanted: Vec<usize> = (0..faces).filter(|&face| self.wants(face)).collect();
+        let step = wanted.len().div_ceil(SAMPLE).max(1);
+        let mut all = vec![0.0; faces];
+        for own in wanted.chunks(step) {
+            let middle = own[own.len() / 2];
+            let pairs = sights.work(middle);
+            let outside = sky.map_or(0.0, |sky| sights.sky_work(middle, sky));
+            for &face in own {
+                // Of all rows each pair is looked at once, by the first of its faces.
+                let share = match self.rows {
+                    Some(_) => 1.0,
+                    None => (faces - face) as f64 / faces as f64,
+                };
+                all[face] = POINT * (share * pairs + outside);
+            }
+        }
+        all
     }
 }
 
@@ -300,7 +320,8 @@ fn exact(
         Some((row, sky.map(|sky| sights.sky(face, sky))))
     };
     watch.begin();
-    let found = with_threads(args.threads, || rows(count, &all_rows))?;
+    let seconds = parts.forecast(&sights, count, sky);
+    let found = with_threads(args.threads, || rows(&seconds, &all_rows))?;
     let finished = found.iter().position(Option::is_none).unwrap_or(count);
     let is_finished = finished == count;
     let (all, of_sky): (Vec<Row>, Vec<_>) =
@@ -526,17 +547,21 @@ fn refuse_beyond_memory(
     fredholm::memory::refuse_beyond_memory(what, needed, advice).map_err(Failure::input)
 }
 
-/// The rows of all faces, on the threads of the pool, with a bar on a terminal.
-fn rows<T: Send>(faces: usize, row: &(dyn Fn(usize) -> T + Sync)) -> Vec<T> {
-    let template = "{bar:30} {percent:>3} % of {human_len} polygons, {eta} left";
-    let bar = bar(faces as u64, template, |style| style);
+/// The rows of all faces, on the threads of the pool, with a bar on a terminal: by the seconds that they are forecast to take.
+fn rows<T: Send>(seconds: &[f64], row: &(dyn Fn(usize) -> T + Sync)) -> Vec<T> {
+    // Microseconds, and one at least.
+    let steps = |face: usize| 1 + (1e6 * seconds[face]) as u64;
+    let faces = seconds.len();
+    let all = (0..faces).map(steps).sum();
+    let template = "{bar:30} {percent:>3} % of the work, {eta} left";
+    let bar = bar(all, template, |style| style);
     // First rows are the longest: one by one, so that no thread gets all of them.
     let rows = (0..faces)
         .into_par_iter()
         .with_max_len(1)
         .map(|face| {
             let row = row(face);
-            bar.inc(1);
+            bar.inc(steps(face));
             row
         })
         .collect();

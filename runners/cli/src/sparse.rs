@@ -52,6 +52,18 @@ impl Rows {
         Self::Listed(rows.map(row).collect(), self.width())
     }
 
+    /// What stands where others are not 0.
+    pub(crate) fn among(&self, others: &Self) -> Self {
+        let row = |i: usize| {
+            let whole = self.whole_row(i);
+            others
+                .row(i)
+                .map(|(column, _)| (column, whole[column]))
+                .collect()
+        };
+        Self::Listed((0..self.len()).map(row).collect(), self.width())
+    }
+
     /// What is not 0 in a row: the column and the factor.
     pub(crate) fn row(&self, i: usize) -> Box<dyn Iterator<Item = (usize, f64)> + '_> {
         match self {
