@@ -413,7 +413,8 @@ pub(crate) enum FactorMethod {
 pub(crate) struct FactorsArgs {
     /// The problem file of a room or a scene (TOML), a View2D or View3D deck (.vs2, .vs3), or a mesh (.obj, .stl, .ply)
     pub(crate) file: PathBuf,
-    /// Scenes: the error that a form factor behind an obstacle may have [default: 1e-9]; by rays the standard error [default: 1e-3]
+    /// Scenes: the error that a form factor between two polygons behind an obstacle may have, from the smaller one; a sum of n may have n times that
+    /// [default: 1e-9]; by rays the standard error [default: 1e-3]
     #[arg(long, value_name = "E")]
     pub(crate) error: Option<f64>,
     /// Scenes: `exact`, `rays`, with a standard error of every factor, or `auto`: rays where exact factors would take more than a

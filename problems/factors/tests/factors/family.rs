@@ -359,6 +359,43 @@ fn scenes_as_people_have_them() {
     assert!(worst.faults.is_empty(), "{:#?}", worst.faults);
 }
 
+/// Where all is at 300 K, sky and ground too, no surface of a town gains or loses heat: whatever leaves it arrives somewhere. 200 towns
+/// with FREDHOLM_LONG in the environment, else 20.
+#[test]
+fn one_temperature_gives_no_heat() {
+    let count = if is_long() { 200 } else { 20 };
+    // σT⁴ at 300 K, in W/m².
+    let emitted = 5.670_374_419e-8 * 300.0_f64.powi(4);
+    let (mut worst, mut rays_cast, mut rays_lost) = (0.0_f64, 0, 0);
+    for seed in 0..count {
+        // Towns only.
+        let scene = open(&case(10_000 + 4 * seed + seed % 2).placed);
+        let groups = scene.surfaces();
+        let faces = 0..scene.faces().len();
+        let group_of: Vec<usize> = faces.map(|f| scene.place(f).unwrap().surface).collect();
+        let sky = Sky::uniform();
+        let rays = Rays::new(&scene, &group_of, groups, Some(&sky), seed).unwrap();
+        for i in (0..groups).filter(|&i| scene.area(i).unwrap() > 0.0) {
+            let mut counts = RayCounts::default();
+            (0..BLOCKS).for_each(|block| counts.add(&rays.block(i, block)));
+            let arrived = counts.groups.values().sum::<u64>() + counts.sky.iter().sum::<u64>();
+            let lost = counts.rays - arrived;
+            rays_cast += counts.rays;
+            rays_lost += lost;
+            worst = worst.max(emitted * lost as f64 / counts.rays as f64);
+            assert!(
+                lost <= 2,
+                "{seed} {i}: {lost} of {} rays meet backs",
+                counts.rays
+            );
+        }
+    }
+    println!(
+        "{count} towns at 300 K: {rays_lost} of {rays_cast} rays are lost, at most {worst:.3} W/m² of {emitted:.1}"
+    );
+    assert!(rays_lost * 100_000 <= rays_cast, "{rays_lost}");
+}
+
 /// Bars cover: of the factors of a cube with a block by rays 95 % are within 1.96 standard errors. 1,000 seeds with FREDHOLM_LONG in the
 /// environment, else 40.
 #[test]
