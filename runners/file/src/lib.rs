@@ -9,6 +9,7 @@ mod load;
 mod model;
 pub mod npz;
 mod output;
+#[cfg(feature = "parts")]
 pub mod parts;
 mod place;
 mod points;
@@ -27,7 +28,7 @@ pub use fredholm::{Choices, Estimator, Form, Method, Pairs, Scalar, Sequence};
 
 pub use given::{GivenTable, Solution, last_digit};
 pub use kinds::{KINDS, Kind, KindEntry};
-pub use load::{MAX_BYTES, load, load_from, utf8};
+pub use load::{MAX_BYTES, load, load_from, read_from_memory, utf8};
 pub use model::{Resolution, Resolved};
 pub use place::{InputError, Place, Placed, SetByFlag, Source};
 pub use quantities::{Given, Precision, Uncertain};

@@ -3,7 +3,7 @@
 use core::ops::Range;
 use core::sync::atomic::{AtomicBool, Ordering};
 use core::time::Duration;
-use std::time::Instant;
+use web_time::Instant;
 
 use fredholm_core::{Batch, Job, NotFinite, StopReason};
 

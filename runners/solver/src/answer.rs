@@ -1,7 +1,7 @@
 //! Walks of a prepared job, and what comes of them.
 
 use core::fmt::{self, Display};
-use std::time::Instant;
+use web_time::Instant;
 
 use fredholm_core::galerkin::Convergence;
 use fredholm_core::{Job, RunOptions, Statistics, StopReason, Tolerance};

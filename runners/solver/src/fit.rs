@@ -1,6 +1,6 @@
 //! Quantities from measured targets, by least squares.
 
-use std::time::Instant;
+use web_time::Instant;
 
 use fredholm_model::numbers::{NORMAL, aligned, short, with_error};
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};

@@ -2,7 +2,7 @@
 
 mod rates;
 
-use std::time::Instant;
+use web_time::Instant;
 
 use fredholm_core::{Statistics, StopReason};
 

@@ -1,6 +1,6 @@
 //! Solved systems that are kept, so that many processes need one set-up.
 
-use std::time::Instant;
+use web_time::Instant;
 
 pub use fredholm_model::{SavedSystem, SystemOf};
 

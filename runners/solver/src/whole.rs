@@ -6,7 +6,7 @@ mod means;
 mod summary;
 mod walks;
 
-use std::time::Instant;
+use web_time::Instant;
 
 use fredholm_core::global::over_replicates;
 use fredholm_model::resolvent::{FoundField, ResolventAnswer};

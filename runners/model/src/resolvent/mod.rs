@@ -12,7 +12,7 @@ mod regular;
 mod replicates;
 mod walks;
 
-use std::time::Instant;
+use web_time::Instant;
 
 use fredholm_core::{StopReason, Tolerance};
 

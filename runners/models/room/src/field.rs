@@ -1,6 +1,6 @@
 //! What points between the walls of a room see, and the radiosity of stretches of wall: the numbers of a picture.
 
-use std::time::Instant;
+use web_time::Instant;
 
 use fredholm_core::{At, Equation as _, Goal, LastStep, Real, Value as _};
 use fredholm_model::{

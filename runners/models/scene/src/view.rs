@@ -1,6 +1,6 @@
 //! What a camera sees of a scene: the numbers of a picture.
 
-use std::time::Instant;
+use web_time::Instant;
 
 use fredholm_core::{
     DefaultGenerator, Equation as _, Functional, Goal, LastStep, Real, RngUniforms, Start, StartOf,

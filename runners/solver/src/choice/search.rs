@@ -10,7 +10,7 @@ mod prices;
 mod sequence;
 
 use std::sync::Arc;
-use std::time::Instant;
+use web_time::Instant;
 
 use fredholm_core::{MIN_BATCHES, Statistics, Tolerance};
 use fredholm_rayon::Observer;

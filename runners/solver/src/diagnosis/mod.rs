@@ -4,7 +4,7 @@ mod places;
 mod quantities;
 mod target;
 
-use std::time::Instant;
+use web_time::Instant;
 
 use fredholm_core::{Estimator, Form};
 use fredholm_variance::{

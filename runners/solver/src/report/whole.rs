@@ -132,7 +132,7 @@ impl GlobalReport {
         goals: &[Goal],
         cells: &[Vec<usize>],
     ) -> Result<(), Error> {
-        let start = std::time::Instant::now();
+        let start = web_time::Instant::now();
         let corner = |&i: &usize| goals.get(i).map(|goal| goal.region.clone());
         let cell = |cell: &Vec<usize>| cell.iter().map(corner).collect::<Option<Vec<_>>>();
         let cells = cells.iter().map(cell).collect::<Option<Vec<_>>>();
@@ -291,7 +291,7 @@ impl GlobalEstimate<'_> {
     /// # Errors
     /// [`Error::Region`]: the space has no such region.
     pub fn report(&self, goals: &[Goal]) -> Result<GlobalReport, Error> {
-        let start = std::time::Instant::now();
+        let start = web_time::Instant::now();
         let regions: Vec<Region> = goals.iter().map(|goal| goal.region.clone()).collect();
         let mut report = self.report_of(goals, self.values(&regions)?)?;
         report.value_seconds = start.elapsed().as_secs_f64();

@@ -3,7 +3,7 @@
 use fredholm_model::resolvent::{ResolventAnswer, ResolventFound, ResolventQuestion};
 
 use std::sync::{Mutex, Once, PoisonError};
-use std::time::Instant;
+use web_time::Instant;
 
 use fredholm_model::{Prepared, Request, Wanted};
 use fredholm_rayon::Observer;

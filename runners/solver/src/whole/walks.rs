@@ -1,6 +1,6 @@
 //! The walks of a global estimate, and the function that they make.
 
-use std::time::Instant;
+use web_time::Instant;
 
 use fredholm_core::global::{GlobalJob, ReplicateCounts, Replicated, band_factor, over_replicates};
 use fredholm_core::{Absorption, Estimator, Real, Tolerance, rounding_floor};

@@ -1,6 +1,6 @@
 //! The numbers of a picture from a global estimate: every pixel and every stretch of wall from one set of walks.
 
-use std::time::Instant;
+use web_time::Instant;
 
 use fredholm_core::Located;
 use fredholm_core::galerkin::{Cells as _, legendre};
