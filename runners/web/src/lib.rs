@@ -19,6 +19,8 @@ use wasm_bindgen::prelude::*;
 
 use watch::Watch;
 
+pub use scene::{faces, factors};
+
 /// An error of JavaScript with the words of one of ours.
 fn wrong(error: impl Display) -> JsError {
     JsError::new(&error.to_string())

@@ -16,7 +16,7 @@ fn file(name: &str) -> Result<SceneFile, JsError> {
     parse_description(name, &text_of(name)?).map_err(wrong)
 }
 
-/// The names of a scene's surfaces, and of every face the number of its surface and its corners.
+/// The names of a scene's surfaces, reflectance and emission of each, and of every face the number of its surface and its corners.
 ///
 /// # Errors
 /// What the program would say.
@@ -30,7 +30,13 @@ pub fn faces(name: &str) -> Result<String, JsError> {
         let surface = scene.place(number).map(|place| place.surface);
         json!({ "surface": surface, "corners": face.polygon() })
     });
-    json_of(&json!({ "names": names, "faces": faces.collect::<Vec<_>>() }))
+    let materials = file.surfaces.iter().map(|s| s.material);
+    let materials = materials.map(|material| [material.reflectance, material.emission]);
+    json_of(&json!({
+        "names": names,
+        "materials": materials.collect::<Vec<_>>(),
+        "faces": faces.collect::<Vec<_>>(),
+    }))
 }
 
 /// The form factors from a face to all faces, to this error behind obstacles.

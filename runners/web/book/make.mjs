@@ -1,0 +1,74 @@
+// Makes the sources of the book: `node make.mjs REPOSITORY FOLDER`. Pages are the README, the manual and whatever pages they link to; what else they link to
+// is copied beside them, and formulas are typeset.
+import fs from "node:fs";
+import path from "node:path";
+import katex from "katex";
+
+const [repository, folder] = process.argv.slice(2);
+const pages = path.join(folder, "pages");
+const from = (file) => path.join(repository, file);
+const write = (file, content) => {
+  fs.mkdirSync(path.dirname(path.join(pages, file)), { recursive: true });
+  fs.writeFileSync(path.join(pages, file), content);
+};
+
+const titles = new Map();
+const open = ["README.md", "docs/README.md", ...fs.readdirSync(from("docs")).filter((name) => name.endsWith(".md")).map((name) => `docs/${name}`)];
+
+/** What a link of a page should be: pages and files are taken along, folders are their README. */
+const linked = (page, text, target) => {
+  if (/^(https?:|#|mailto:)/.test(target)) return `[${text}](${target})`;
+  const [name, fragment] = target.split("#");
+  let file = path.normalize(path.join(path.dirname(page), name));
+  if (fs.existsSync(from(file)) && fs.statSync(from(file)).isDirectory()) file = path.join(file, "README.md");
+  // A folder without a page of its own.
+  if (!fs.existsSync(from(file))) return text;
+  if (file.endsWith(".md")) open.push(file);
+  else write(file, fs.readFileSync(from(file)));
+  const to = path.relative(path.dirname(page), file) + (fragment ? `#${fragment}` : "");
+  return `[${text}](${to})`;
+};
+
+const typeset = (formula) => `<div>${katex.renderToString(formula, { displayMode: true }).replaceAll("\n", " ")}</div>\n`;
+
+/** A page for mdBook: code stays as it is. */
+const converted = (page, text) => {
+  const parts = text.split(/^(```[^]*?^```$)/m);
+  return parts
+    .map((part) => {
+      const formula = part.match(/^```math\n([^]*)\n```$/);
+      if (formula) return typeset(formula[1]);
+      if (part.startsWith("```")) return part;
+      return part.replace(/(?<!`)\[((?:[^\][]|\[[^\][]*\])*)\]\(([^()\s]+)\)/g, (_, words, target) => linked(page, words, target));
+    })
+    .join("");
+};
+
+while (open.length) {
+  const page = open.shift();
+  if (titles.has(page)) continue;
+  const text = fs.readFileSync(from(page), "utf8");
+  const prose = text.replace(/^```[^]*?^```$/gm, "");
+  titles.set(page, prose.match(/^#+ (.*)$/m)?.[1] ?? page);
+  write(page, converted(page, text));
+}
+
+// The order of the manual's own index, whose bold rows are headings.
+const summary = ["# Summary\n", `[${titles.get("README.md")}](README.md)`, "[The manual](docs/README.md)\n"];
+const listed = new Set(["README.md", "docs/README.md"]);
+for (const row of fs.readFileSync(from("docs/README.md"), "utf8").matchAll(/^\| (?:\*\*(.+)\*\*|\[(.+)\]\(([^)]+)\)) \|/gm)) {
+  const [, heading, name, target] = row;
+  if (heading) summary.push(`\n# ${heading}\n`);
+  else {
+    const page = path.normalize(path.join("docs", target));
+    listed.add(page);
+    summary.push(`- [${name}](${page})`);
+  }
+}
+const rest = [...titles.keys()].filter((page) => !listed.has(page));
+summary.push("\n# The crates\n", ...rest.map((page) => `- [${titles.get(page)}](${page})`));
+write("SUMMARY.md", summary.join("\n") + "\n");
+
+const examples = fs.readdirSync(from("examples"));
+examples.forEach((name) => write(`examples/${name}`, fs.readFileSync(from(`examples/${name}`))));
+write("examples/index.json", JSON.stringify(examples));

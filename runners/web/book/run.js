@@ -1,0 +1,67 @@
+// A button beside every problem file of the manual, which solves it in the page. What is printed is compared with what stands below.
+(() => {
+  const root = new URL(path_to_root || ".", location.href.replace(/[^/]*$/, ""));
+  const blocks = [...document.querySelectorAll("main pre > code")];
+  const nameOf = (text) => text.match(/^# ([\w.-]+\.\w+)/)?.[1];
+
+  /** Files of the page by their names, and examples that the text names. */
+  const filesFor = async (text) => {
+    const named = blocks.map((block) => block.textContent).filter(nameOf);
+    const files = Object.fromEntries(named.map((content) => [nameOf(content), content]));
+    const examples = await (await fetch(new URL("examples/index.json", root))).json();
+    for (const name of examples) {
+      if (!(name in files) && text.includes(`"${name}"`)) {
+        files[name] = new Uint8Array(await (await fetch(new URL(`examples/${name}`, root))).arrayBuffer());
+      }
+    }
+    return files;
+  };
+
+  let solver;
+  const run = async (code, [button, stop, status, printed]) => {
+    const text = code.textContent;
+    const name = nameOf(text) ?? "problem.toml";
+    button.disabled = true;
+    stop.hidden = false;
+    printed.hidden = true;
+    status.classList.remove("wrong");
+    status.textContent = "starting";
+    try {
+      const { Solver } = await import(new URL("solver/solver.js", root));
+      solver ??= new Solver();
+      const answer = await solver.solve(name, { ...(await filesFor(text)), [name]: text }, (walked, expected) => {
+        const share = expected > 0 ? `${Math.min(100, Math.round((100 * walked) / expected))} %` : "";
+        status.textContent = walked > 0 ? `${walked} walks ${share}` : "setting up";
+      });
+      status.textContent = answer === null ? "stopped before the walks" : "";
+      printed.textContent = answer === null ? "" : [...answer.said, answer.table].join("\n");
+      printed.hidden = answer === null;
+    } catch (error) {
+      status.classList.add("wrong");
+      status.textContent = error.message;
+    }
+    button.disabled = false;
+    stop.hidden = true;
+  };
+
+  const make = (name, properties, ...children) => {
+    const made = Object.assign(document.createElement(name), properties);
+    made.append(...children);
+    return made;
+  };
+  for (const code of blocks) {
+    if (!code.matches(".language-toml") || !/^\[problem\]/m.test(code.textContent)) continue;
+    const button = make("button", { type: "button", textContent: "Run" });
+    const stop = make("button", { type: "button", textContent: "Stop", hidden: true });
+    const status = make("span", { role: "status" });
+    const printed = make("pre", { hidden: true, tabIndex: 0 });
+    const parts = [button, stop, status, printed];
+    button.addEventListener("click", () => run(code, parts));
+    stop.addEventListener("click", () => solver?.stop());
+    code.parentElement.after(make("div", { className: "run" }, ...parts));
+  }
+  // What scrolls can be scrolled with keys, too.
+  document.querySelectorAll("main pre > code, .table-wrapper, .katex-display").forEach((box) => (box.tabIndex = 0));
+  const bar = document.querySelector("#mdbook-menu-bar .right-buttons, #menu-bar .right-buttons");
+  bar?.prepend(make("a", { className: "playground", href: new URL("play/index.html", root), textContent: "Playground" }));
+})();

@@ -1,0 +1,144 @@
+// An equation on an interval: u with its band as it narrows.
+import { plot } from "./plot.js";
+import { Tab, afterwards } from "./tab.js";
+
+const NAME = "equation.toml";
+const START = { kernel: "0.5 / (1 + (x - y)^2)", source: "1", from: "0", to: "1", error: "1e-6", points: "65" };
+// Coarser runs come first, so that there is something to see at once: their standard errors, as multiples of the one that is asked for.
+const COARSER = [1e4, 1e3, 100, 10, 3, 1];
+const LARGEST = 0.1;
+// The normal quantile of 95 %.
+const QUANTILE = 1.96;
+
+const FIELDS = Object.keys(START);
+/** Where each field stands in the file, from line 1. */
+const LINES = { 4: ["from", "to"], 5: ["kernel"], 6: ["source"], 9: ["error"], 13: ["points"] };
+
+/** An end of the interval: a number, or a formula as text. */
+const end = (text) => (Number.isFinite(Number(text)) && text.trim() !== "" ? text.trim() : JSON.stringify(text));
+
+export class Equation extends Tab {
+  constructor(panel) {
+    super(panel, "equation");
+    const later = afterwards(350, () => this.run());
+    FIELDS.forEach((name) => this.field(name).addEventListener("input", later));
+    this.field("magnify").addEventListener("input", () => this.draw());
+  }
+
+  /** Fills the fields from a file, or from the start. */
+  async open(files) {
+    let values = START;
+    if (files) {
+      const [text] = Object.values(files);
+      const tree = JSON.parse(await this.solver.call("tree", [text]));
+      const { problem = {}, walk = {}, target = [] } = tree;
+      const [from, to] = problem.domain?.[0] ?? [0, 1];
+      values = { ...START, ...problem, from, to, error: walk.target_error ?? START.error, points: target[0]?.grid ?? START.points };
+    }
+    FIELDS.forEach((name) => (this.field(name).value = values[name]));
+    await this.run();
+  }
+
+  /** The problem file, for a standard error in the place of the one of the field. */
+  text(error = this.field("error").value) {
+    const value = Object.fromEntries(FIELDS.map((name) => [name, this.field(name).value]));
+    return `[problem]
+kind = "cube"
+dimension = 1
+domain = [[${end(value.from)}, ${end(value.to)}]]
+kernel = ${JSON.stringify(value.kernel)}
+source = ${JSON.stringify(value.source)}
+
+[walk]
+target_error = ${error}
+
+[[target]]
+name = "u"
+grid = ${value.points}
+
+[[target]]
+name = "mean"
+over = "all"
+`;
+  }
+
+  files() {
+    return { [NAME]: this.text() };
+  }
+
+  /** Says an error beside the field that it is of. */
+  explain(message) {
+    const [, line, column] = message.match(/^equation\.toml:(\d+):(\d+): /) ?? [];
+    const names = LINES[line] ?? [];
+    const row = this.text().split("\n")[line - 1] ?? "";
+    const isSecond = names.length > 1 && Number(column) > row.indexOf(",") + 1;
+    this.refuse(message.replace(/^equation\.toml:\d+:\d+: /, ""), names[isSecond ? 1 : 0]);
+  }
+
+  /** Solves, coarsely first; what runs already is stopped. */
+  async run() {
+    this.solver.stop();
+    const run = (this.current = Symbol("run"));
+    this.accept();
+    const error = this.numberOf("error", [1e-15, 1e3]);
+    const points = this.numberOf("points", [2, 1001], true);
+    if (error === undefined || points === undefined) return;
+    this.busy(true);
+    this.errors = { x: [], y: [] };
+    const begun = performance.now();
+    let last;
+    for (const times of COARSER) {
+      if (times > 1 && times * error > LARGEST) continue;
+      const asked = times === 1 ? undefined : Number((times * error).toPrecision(3));
+      try {
+        const found = await this.solver.solve(NAME, { [NAME]: this.text(asked) }, (walked, expected) => {
+          if (run === this.current) this.progress(walked, expected);
+        });
+        if (run !== this.current) return;
+        if (found === null || (this.isStopped && found.stop === "Cancelled" && last)) break;
+        last = found;
+      } catch (wrong) {
+        if (run !== this.current) return;
+        this.busy(false);
+        return this.explain(wrong.message);
+      }
+      this.answer = last;
+      this.errors.x.push((performance.now() - begun) / 1000);
+      this.errors.y.push(Math.max(...this.grid(last.columns.of_targets.std_error)));
+      this.draw();
+      this.print(last);
+      if (this.isStopped) break;
+    }
+    this.busy(false);
+    const worst = this.errors.y.at(-1);
+    const took = `${((performance.now() - begun) / 1000).toFixed(2)} s`;
+    if (last === undefined) this.say("stopped before the first result");
+    else this.say(`${this.isStopped ? "stopped: " : ""}largest standard error ${worst.toExponential(1)}, ${took}`);
+  }
+
+  /** The numbers of the points of the grid. */
+  grid(numbers) {
+    return numbers.filter((_, i) => this.answer.columns.names[i].startsWith("u["));
+  }
+
+  draw() {
+    if (!this.answer) return;
+    const { of_targets: columns, coordinates } = this.answer.columns;
+    const x = this.grid(coordinates).map(([x]) => x);
+    const [u, error, known] = ["estimate", "std_error", "galerkin"].map((name) => this.grid(columns[name]));
+    const half = error.map((error) => QUANTILE * error);
+    const times = 10 ** Number(this.field("magnify").value);
+    this.output("magnified", times.toLocaleString("en"));
+    const worst = Math.max(...half).toExponential(1);
+    const all = [
+      ["u", [{ x, y: u, band: half.map((h) => h * times), className: "u" }], { axes: ["x", "u"], description: `u, with a band of ${worst} at most on each side` }],
+      ["error", [{ ...this.errors, className: "error", dots: true }], { axes: ["seconds", "standard error"], logs: [true, true], description: "The largest standard error against seconds" }],
+      [
+        "residual",
+        [{ x, y: u.map((u, i) => u - known[i]), band: half, className: "residual" }],
+        { axes: ["x", "u − without walks"], description: "What walks add to the solution without walks, with the band" },
+      ],
+    ];
+    for (const [name, curves, options] of all) this.plot(name).replaceChildren(plot(curves, options));
+  }
+}
