@@ -62,6 +62,19 @@
   }
   // What scrolls can be scrolled with keys, too.
   document.querySelectorAll("main pre > code, .table-wrapper, .katex-display").forEach((box) => (box.tabIndex = 0));
-  const bar = document.querySelector("#mdbook-menu-bar .right-buttons, #menu-bar .right-buttons");
-  bar?.prepend(make("a", { className: "playground", href: new URL("play/index.html", root), textContent: "Playground" }));
+  // The generator's own bar: a landmark, with a button that keys reach.
+  const bar = document.getElementById("mdbook-menu-bar");
+  bar.setAttribute("role", "banner");
+  const toggle = document.getElementById("mdbook-sidebar-toggle");
+  const toggled = toggle.control;
+  toggle.removeAttribute("for");
+  toggle.setAttribute("role", "button");
+  toggle.tabIndex = 0;
+  toggle.addEventListener("click", () => toggled.click());
+  toggle.addEventListener("keydown", (event) => {
+    if (event.key !== "Enter" && event.key !== " ") return;
+    event.preventDefault();
+    toggle.click();
+  });
+  bar.querySelector(".right-buttons").prepend(make("a", { className: "playground", href: new URL("play/index.html", root), textContent: "Playground" }));
 })();

@@ -4,9 +4,9 @@ import { Tab, afterwards } from "./tab.js";
 
 const NAME = "equation.toml";
 const START = { kernel: "0.5 / (1 + (x - y)^2)", source: "1", from: "0", to: "1", error: "1e-6", points: "65" };
-// Coarser runs come first, so that there is something to see at once: their standard errors, as multiples of the one that is asked for.
-const COARSER = [1e4, 1e3, 100, 10, 3, 1];
-const LARGEST = 0.1;
+// Runs with two cells come first, so that there is something to see at once: their standard errors, if these are larger than the one that is asked for.
+const COARSE = [0.1, 0.03, 0.01, 0.003, 0.001];
+const FEW_CELLS = "\n[galerkin]\ncells = 2\ndegree = 0\n";
 // The normal quantile of 95 %.
 const QUANTILE = 1.96;
 
@@ -39,8 +39,9 @@ export class Equation extends Tab {
     await this.run();
   }
 
-  /** The problem file, for a standard error in the place of the one of the field. */
-  text(error = this.field("error").value) {
+  /** The problem file; of a coarse run with its standard error. */
+  text(coarse) {
+    const error = coarse ?? this.field("error").value;
     const value = Object.fromEntries(FIELDS.map((name) => [name, this.field(name).value]));
     return `[problem]
 kind = "cube"
@@ -59,7 +60,7 @@ grid = ${value.points}
 [[target]]
 name = "mean"
 over = "all"
-`;
+${coarse ? FEW_CELLS : ""}`;
   }
 
   files() {
@@ -72,7 +73,9 @@ over = "all"
     const names = LINES[line] ?? [];
     const row = this.text().split("\n")[line - 1] ?? "";
     const isSecond = names.length > 1 && Number(column) > row.indexOf(",") + 1;
-    this.refuse(message.replace(/^equation\.toml:\d+:\d+: /, ""), names[isSecond ? 1 : 0]);
+    // What stands in the file is before the reader's eyes.
+    const [words] = message.replace(/^equation\.toml:\d+:\d+: /, "").split("\n");
+    this.refuse(words, names[isSecond ? 1 : 0]);
   }
 
   /** Solves, coarsely first; what runs already is stopped. */
@@ -87,18 +90,18 @@ over = "all"
     this.errors = { x: [], y: [] };
     const begun = performance.now();
     let last;
-    for (const times of COARSER) {
-      if (times > 1 && times * error > LARGEST) continue;
-      const asked = times === 1 ? undefined : Number((times * error).toPrecision(3));
+    for (const coarse of [...COARSE.filter((coarse) => coarse > error), undefined]) {
       try {
-        const found = await this.solver.solve(NAME, { [NAME]: this.text(asked) }, (walked, expected) => {
+        const found = await this.solver.solve(NAME, { [NAME]: this.text(coarse) }, (walked, expected) => {
           if (run === this.current) this.progress(walked, expected);
         });
         if (run !== this.current) return;
-        if (found === null || (this.isStopped && found.stop === "Cancelled" && last)) break;
+        if (found === null || (found.stop === "Cancelled" && last)) break;
         last = found;
       } catch (wrong) {
         if (run !== this.current) return;
+        // Two cells do not serve every equation.
+        if (coarse) continue;
         this.busy(false);
         return this.explain(wrong.message);
       }

@@ -1,7 +1,7 @@
 // Curves and bands as SVG.
 
 const SPACE = "http://www.w3.org/2000/svg";
-const [WIDTH, HEIGHT] = [640, 300];
+const [WIDTH, HEIGHT] = [420, 270];
 const [LEFT, RIGHT, TOP, BOTTOM] = [74, 12, 12, 44];
 
 const element = (name, attributes, ...children) => {

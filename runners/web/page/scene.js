@@ -20,17 +20,21 @@ open = true
 towards = [-1, 2, -3]
 irradiance = 1
 
-${surfaces.map((surface) => `[[problem.surface]]\nname = ${JSON.stringify(surface)}\nreflectance = ${reflectance}\n`).join("\n")}
-[[target]]
-name = "all"
-over = "all"
-`;
+${surfaces.map((surface) => `[[problem.surface]]\nname = ${JSON.stringify(surface)}\nreflectance = ${reflectance}\n`).join("\n")}`;
 
-/** The file with one set of walks for all cells. */
-const whole = (text, walks) => {
-  const rest = text.replace(/^(global|walks|target_error|relative)\s*=.*\n/gm, "");
-  const section = `[walk]\nglobal = true\nwalks = ${walks}\n`;
-  return /^\[walk\]/m.test(rest) ? rest.replace(/^\[walk\].*\n/m, section) : `${rest}\n${section}`;
+/** The file with one set of walks for all cells, of which alone it asks. */
+const whole = (text, walks, cells) => {
+  let isTarget = false;
+  const lines = text.split("\n").filter((line) => {
+    if (line.startsWith("[")) isTarget = line.startsWith("[[target]]");
+    return !isTarget && !/^(global|walks|target_error|relative|method|adjoint|cells)\s*=/.test(line);
+  });
+  const rest = `${lines.join("\n")}\n[[target]]\nname = "all"\nover = "all"\n`;
+  const put = (text, head, lines) =>
+    text.match(new RegExp(`^\\[${head}\\]`, "m"))
+      ? text.replace(new RegExp(`^\\[${head}\\].*$`, "m"), `[${head}]\n${lines}`)
+      : `${text}\n[${head}]\n${lines}\n`;
+  return put(put(rest, "walk", `global = true\nwalks = ${walks}`), "galerkin", `cells = ${cells}`);
 };
 
 export class Scene extends Tab {
@@ -40,12 +44,13 @@ export class Scene extends Tab {
     super(panel, "scene");
     this.view = new View(this.plot("view"), (number) => this.pick(number));
     this.field("walks").value = "20000";
+    this.field("cells").value = "300";
     this.field("reflectance").value = "0.5";
     this.field("example").replaceChildren(...EXAMPLES.map((name) => new Option(name)));
     this.field("example").addEventListener("change", () => this.open());
     this.field("file").addEventListener("change", ({ target }) => this.take(target.files));
     this.field("colour").addEventListener("change", () => this.colour());
-    this.field("walks").addEventListener("input", afterwards(400, () => this.run()));
+    for (const name of ["walks", "cells"]) this.field(name).addEventListener("input", afterwards(400, () => this.run()));
     this.field("reflectance").addEventListener("input", afterwards(400, () => this.take([])));
     document.addEventListener("dragover", (event) => !panel.hidden && event.preventDefault());
     document.addEventListener("drop", (event) => {
@@ -69,6 +74,7 @@ export class Scene extends Tab {
     const files = await Promise.all(Array.from(list, async (file) => [file.name, new Uint8Array(await file.arrayBuffer())]));
     if (files.length) this.taken = Object.fromEntries(files);
     if (!this.taken) return;
+    this.busy(true);
     const names = Object.keys(this.taken);
     const problem = names.find((name) => name.endsWith(".toml"));
     if (problem) {
@@ -77,13 +83,14 @@ export class Scene extends Tab {
     }
     this.accept();
     const reflectance = this.numberOf("reflectance", [0, 0.99]);
-    if (reflectance === undefined) return;
     const mesh = names.find(isMesh);
-    if (!mesh) return this.refuse(`${names.join(", ")}: a mesh is an .obj, .stl, .ply or .vs3 file`, "file");
+    if (!mesh) this.refuse(`${names.join(", ")}: a mesh is an .obj, .stl, .ply or .vs3 file`, "file");
+    if (reflectance === undefined || !mesh) return this.busy(false);
     try {
       const { names: surfaces } = JSON.parse(await this.solver.call("faces", [mesh], this.taken));
       await this.load({ "scene.toml": around(mesh, surfaces, reflectance), ...this.taken });
     } catch (error) {
+      this.busy(false);
       this.refuse(error.message, "file");
     }
   }
@@ -95,18 +102,20 @@ export class Scene extends Tab {
   }
 
   text() {
-    return whole(this.contents[this.name], this.field("walks").value);
+    return whole(this.contents[this.name], this.field("walks").value, this.field("cells").value);
   }
 
   /** Shows the faces of a problem file and solves it. */
   async load(files) {
     this.accept();
+    this.busy(true);
     this.solver.stop();
     const name = Object.keys(files).find((name) => name.endsWith(".toml"));
     try {
       const found = JSON.parse(await this.solver.call("faces", [name], files));
       Object.assign(this, { name, contents: files, faces: found.faces, names: found.names, materials: found.materials });
     } catch (error) {
+      this.busy(false);
       return this.refuse(error.message, "file");
     }
     this.numbers = undefined;
@@ -123,8 +132,8 @@ export class Scene extends Tab {
 
   async run() {
     this.accept();
-    const walks = this.numberOf("walks", [2, 1e9], true);
-    if (walks === undefined) return;
+    const numbers = [this.numberOf("walks", [2, 1e9], true), this.numberOf("cells", [1, 1e5], true)];
+    if (numbers.includes(undefined)) return this.busy(false);
     this.solver.stop();
     const run = (this.current = Symbol("run"));
     this.busy(true);

@@ -11,8 +11,8 @@ const ANGLE = (40 * Math.PI) / 180;
 const BACKGROUND = [38, 42, 48];
 
 export class View {
-  azimuth = -1.2;
-  altitude = 0.45;
+  azimuth = -1.4;
+  altitude = 0.25;
   zoom = 1;
   polygons = [];
 

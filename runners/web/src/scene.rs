@@ -11,7 +11,10 @@ use crate::{json_of, text_of, wrong};
 
 fn file(name: &str) -> Result<SceneFile, JsError> {
     if is_mesh(Path::new(name)) {
-        return read(Path::new(name)).map_err(wrong);
+        let mut mesh = read(Path::new(name)).map_err(wrong)?;
+        // A mesh says nothing of that, and is looked at alone.
+        mesh.open = true;
+        return Ok(mesh);
     }
     parse_description(name, &text_of(name)?).map_err(wrong)
 }
