@@ -18,12 +18,13 @@
   };
 
   let solver;
-  const run = async (code, [button, stop, status, printed]) => {
+  const run = async (code, [button, stop, status, printed, pictures]) => {
     const text = code.textContent;
     const name = nameOf(text) ?? "problem.toml";
     button.disabled = true;
     stop.hidden = false;
     printed.hidden = true;
+    pictures.replaceChildren();
     status.classList.remove("wrong");
     status.textContent = "starting";
     try {
@@ -36,6 +37,8 @@
       status.textContent = answer === null ? "stopped before the walks" : "";
       printed.textContent = answer === null ? "" : [...answer.said, answer.table].join("\n");
       printed.hidden = answer === null;
+      const { gridPlots } = await import(new URL("play/plot.js", root));
+      pictures.replaceChildren(...(answer === null ? [] : gridPlots(answer)));
     } catch (error) {
       status.classList.add("wrong");
       status.textContent = error.message;
@@ -55,7 +58,7 @@
     const stop = make("button", { type: "button", textContent: "Stop", hidden: true });
     const status = make("span", { role: "status" });
     const printed = make("pre", { hidden: true, tabIndex: 0 });
-    const parts = [button, stop, status, printed];
+    const parts = [button, stop, status, printed, make("div", { className: "pictures" })];
     button.addEventListener("click", () => run(code, parts));
     stop.addEventListener("click", () => solver?.stop());
     code.parentElement.after(make("div", { className: "run" }, ...parts));

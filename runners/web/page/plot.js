@@ -29,8 +29,14 @@ const ticks = (low, high, count = 5) => {
   return found.map((x) => [x, label(x, step)]);
 };
 
+/** Round numbers between powers of ten, of which the logarithms are asked for. */
 const powers = (low, high) => {
   const [from, to] = [Math.ceil(low - 1e-9), Math.floor(high + 1e-9)];
+  if (to - from < 1) {
+    const all = [from - 1, to, to + 1].flatMap((k) => [1, 2, 5].map((m) => m * 10 ** k));
+    const seen = [...new Set(all)].filter((x) => Math.log10(x) >= low && Math.log10(x) <= high);
+    return seen.map((x) => [Math.log10(x), label(x, x)]);
+  }
   const every = Math.max(1, Math.ceil((to - from) / 6));
   return Array.from({ length: Math.max(0, to - from + 1) }, (_, k) => from + k)
     .filter((k) => k % every === 0)
@@ -85,4 +91,19 @@ export const plot = (curves, { axes, logs = [false, false], description }) => {
     if (dots) seen.forEach((i) => svg.append(element("circle", { class: className, cx: x(xs[i]), cy: y(ys[i]), r: 4 })));
   }
   return svg;
+};
+
+/** Pictures of all targets of an answer that are grids of one axis, with their bands of 95 %. */
+export const gridPlots = ({ columns: { names, coordinates, of_targets: numbers } }) => {
+  const grids = new Map();
+  names.forEach((name, i) => {
+    const [, grid] = name.match(/^(.*)\[\d+\]$/) ?? [];
+    if (!grid || coordinates[i].length !== 1) return;
+    const curve = grids.get(grid) ?? { x: [], y: [], band: [], className: "u" };
+    grids.set(grid, curve);
+    curve.x.push(coordinates[i][0]);
+    curve.y.push(numbers.estimate[i] ?? NaN);
+    curve.band.push(1.96 * (numbers.std_error?.[i] ?? 0));
+  });
+  return [...grids].map(([name, curve]) => plot([curve], { axes: ["x", name], description: `${name} with its band of 95 %` }));
 };

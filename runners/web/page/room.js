@@ -239,9 +239,13 @@ ${this.things
     this.run();
   }
 
-  /** Arrows move the chosen thing. */
+  /** Arrows move the chosen thing; Enter puts a new one in the middle. */
   key(event) {
     if (event.key === "Delete") return this.remove();
+    if (event.key === "Enter" && this.tool !== "move") {
+      const [x, y] = this.bounds.map(([low, high]) => (low + high) / 2);
+      return this.add(this.tool, [x, y], [x + 0.4, y + 0.1]);
+    }
     const step = { ArrowLeft: [-STEP, 0], ArrowRight: [STEP, 0], ArrowUp: [0, STEP], ArrowDown: [0, -STEP] }[event.key];
     if (!step) return;
     event.preventDefault();

@@ -212,6 +212,12 @@ test("a room: drawn, dragged, refused, shared, saved, stopped", { timeout: 300_0
   await room.locator("[data-plot=light]").press("ArrowDown");
   await idle(page, "room");
   await shot(page, "room-drawn");
+  await room.getByLabel("draws a block").check();
+  await room.locator("[data-plot=light]").press("Enter");
+  await idle(page, "room");
+  assert.equal(await room.locator("[name=thing] option").count(), 7);
+  await room.locator("[data-plot=light]").press("Delete");
+  await idle(page, "room");
 
   const other = await reopened(page, "room");
   await idle(other, "room");
