@@ -68,16 +68,13 @@
   // The generator's own bar: a landmark, with a button that keys reach.
   const bar = document.getElementById("mdbook-menu-bar");
   bar.setAttribute("role", "banner");
-  const toggle = document.getElementById("mdbook-sidebar-toggle");
-  const toggled = toggle.control;
-  toggle.removeAttribute("for");
-  toggle.setAttribute("role", "button");
-  toggle.tabIndex = 0;
+  const label = document.getElementById("mdbook-sidebar-toggle");
+  const toggled = label.control;
+  const toggle = make("button", { type: "button", id: label.id, className: label.className, title: label.title, ariaLabel: label.title }, ...label.childNodes);
   toggle.addEventListener("click", () => toggled.click());
-  toggle.addEventListener("keydown", (event) => {
-    if (event.key !== "Enter" && event.key !== " ") return;
-    event.preventDefault();
-    toggle.click();
-  });
+  const tell = () => (toggle.ariaExpanded = toggled.checked);
+  toggled.addEventListener("change", tell);
+  tell();
+  label.replaceWith(toggle);
   bar.querySelector(".right-buttons").prepend(make("a", { className: "playground", href: new URL("play/index.html", root), textContent: "Playground" }));
 })();
