@@ -7,9 +7,12 @@ import katex from "katex";
 const [repository, folder] = process.argv.slice(2);
 const pages = path.join(folder, "pages");
 const from = (file) => path.join(repository, file);
+/** Where a file of the repository is in the book, whose folders have an index. */
+const placed = (file) => file.replace(/README\.md$/, "index.md");
 const write = (file, content) => {
-  fs.mkdirSync(path.dirname(path.join(pages, file)), { recursive: true });
-  fs.writeFileSync(path.join(pages, file), content);
+  const place = path.join(pages, placed(file));
+  fs.mkdirSync(path.dirname(place), { recursive: true });
+  fs.writeFileSync(place, content);
 };
 
 const titles = new Map();
@@ -25,7 +28,7 @@ const linked = (page, text, target) => {
   if (!fs.existsSync(from(file))) return text;
   if (file.endsWith(".md")) open.push(file);
   else write(file, fs.readFileSync(from(file)));
-  const to = path.relative(path.dirname(page), file) + (fragment ? `#${fragment}` : "");
+  const to = path.relative(path.dirname(page), placed(file)) + (fragment ? `#${fragment}` : "");
   return `[${text}](${to})`;
 };
 
@@ -54,7 +57,7 @@ while (open.length) {
 }
 
 // The order of the manual's own index, whose bold rows are headings.
-const summary = ["# Summary\n", `[${titles.get("README.md")}](README.md)`, "[The manual](docs/README.md)\n"];
+const summary = ["# Summary\n", `[${titles.get("README.md")}](index.md)`, "[The manual](docs/index.md)\n"];
 const listed = new Set(["README.md", "docs/README.md"]);
 for (const row of fs.readFileSync(from("docs/README.md"), "utf8").matchAll(/^\| (?:\*\*(.+)\*\*|\[(.+)\]\(([^)]+)\)) \|/gm)) {
   const [, heading, name, target] = row;
@@ -62,11 +65,11 @@ for (const row of fs.readFileSync(from("docs/README.md"), "utf8").matchAll(/^\| 
   else {
     const page = path.normalize(path.join("docs", target));
     listed.add(page);
-    summary.push(`- [${name}](${page})`);
+    summary.push(`- [${name}](${placed(page)})`);
   }
 }
 const rest = [...titles.keys()].filter((page) => !listed.has(page));
-summary.push("\n# The crates\n", ...rest.map((page) => `- [${titles.get(page)}](${page})`));
+summary.push("\n# The crates\n", ...rest.map((page) => `- [${titles.get(page)}](${placed(page)})`));
 write("SUMMARY.md", summary.join("\n") + "\n");
 
 const examples = fs.readdirSync(from("examples"));

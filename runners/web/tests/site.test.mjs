@@ -347,4 +347,24 @@ test("axe finds nothing, in light and dark, on two widths", { timeout: 1_200_000
   }
 });
 
+test("no link is dead", () => {
+  const names = fs.readdirSync(SITE, { recursive: true }).filter((name) => name.endsWith(".html"));
+  const texts = new Map(names.map((name) => [name, fs.readFileSync(path.join(SITE, name), "utf8")]));
+  const dead = [];
+  let links = 0;
+  for (const [name, text] of texts) {
+    for (const [, quoted] of text.matchAll(/(?:href|src)="([^"]+)"/g)) {
+      const link = new URL(quoted.replaceAll("&amp;", "&"), `http://site/${name}`);
+      if (link.host !== "site" || /^(data|javascript):/.test(quoted)) continue;
+      links += 1;
+      const file = decodeURIComponent(link.pathname.slice(1)).replace(/(^|\/)$/, "$1index.html");
+      const id = decodeURIComponent(link.hash.slice(1));
+      const isThere = fs.existsSync(path.join(SITE, file)) && (!id || !texts.has(file) || file.startsWith("play/") || texts.get(file).includes(`id="${id}"`));
+      if (!isThere) dead.push(`${name}: ${quoted}`);
+    }
+  }
+  assert(links > 500, `${links}`);
+  assert.deepEqual(dead, []);
+});
+
 test("no other host was asked for anything", () => assert.deepEqual(foreign, []));
