@@ -27,7 +27,9 @@ pub fn load(path: &Path, most: u64) -> Result<Vec<u8>, InputError> {
     let name = path.display();
     let in_memory = FILES.with_borrow(|files| match files.as_ref()?.get(path) {
         Some(bytes) => Some(load_from(&name.to_string(), &bytes[..], most)),
-        None => Some(Err(InputError::new(format_args!("there is no file {name}")))),
+        None => Some(Err(InputError::new(format_args!(
+            "there is no file {name}"
+        )))),
     });
     if let Some(loaded) = in_memory {
         return loaded;

@@ -197,7 +197,9 @@ pub fn field(
     match room.field(&settings.discretisation(), &request, &watch, &|| ()) {
         Ok((field, _)) => {
             let all = field.air.iter();
-            Ok(Some(all.flat_map(|spot| [spot.value, spot.error]).collect()))
+            Ok(Some(
+                all.flat_map(|spot| [spot.value, spot.error]).collect(),
+            ))
         }
         Err(fredholm::Error::Cancelled) => Ok(None),
         Err(error) => Err(opened.explained(&error)),

@@ -118,7 +118,7 @@ impl Factors {
                 let mut columns = DMatrixViewMut::from_slice(columns, width, count);
                 let (mut beside, mut other) = columns.rows_range_pair_mut(from..to, to..);
                 diagonal.solve_lower_triangular_with_diag_mut(&mut beside, 1.0);
-                other.gemm(-1.0, &rest, &beside, 1.0);
+                subtract_product(&mut other, &rest, &beside.as_view());
                 Ok::<(), Error>(())
             })?;
             panels.push(panel);
@@ -194,7 +194,7 @@ impl Factors {
             let factors = self
                 .matrix
                 .view((from + own, from), (width - from - own, own));
-            rest.gemm(-1.0, &factors, &solved, 1.0);
+            subtract_product(&mut rest, &factors, &solved.as_view());
         }
         let mut is_regular = true;
         for from in (0..width).step_by(BLOCK).rev() {
@@ -203,15 +203,61 @@ impl Factors {
             let diagonal = self.matrix.view((from, from), (own, own));
             is_regular &= diagonal.solve_upper_triangular_mut(&mut solved);
             let factors = self.matrix.view((0, from), (from, own));
-            rest.gemm(-1.0, &factors, &solved, 1.0);
+            subtract_product(&mut rest, &factors, &solved.as_view());
         }
         is_regular
     }
 }
 
+/// Whether products of matrices round once in a multiplication and addition on this processor.
+fn is_fused() -> bool {
+    #[cfg(target_arch = "x86_64")]
+    return std::arch::is_x86_feature_detected!("fma")
+        && std::arch::is_x86_feature_detected!("avx2");
+    #[cfg(not(target_arch = "x86_64"))]
+    return cfg!(target_arch = "aarch64");
+}
+
+/// Takes the product of two matrices from a third, with the bits of a processor that fuses.
+fn subtract_product(
+    from: &mut DMatrixViewMut<'_, f64>,
+    left: &DMatrixView<'_, f64>,
+    right: &DMatrixView<'_, f64>,
+) {
+    let sizes = [left.nrows(), left.ncols(), right.ncols()];
+    // Small products are columns by columns, and never fused.
+    if is_fused() || sizes.iter().any(|&size| size < LEAST_COLUMNS) {
+        from.gemm(-1.0, left, right, 1.0);
+    } else {
+        subtract_fused(from, left, right);
+    }
+}
+
+/// Takes a product step by step, as a processor without fused instructions has to.
+fn subtract_fused(
+    from: &mut DMatrixViewMut<'_, f64>,
+    left: &DMatrixView<'_, f64>,
+    right: &DMatrixView<'_, f64>,
+) {
+    let mut sums = vec![0.0; left.nrows()];
+    for (mut column, factors) in from.column_iter_mut().zip(right.column_iter()) {
+        sums.fill(0.0);
+        for (own, &factor) in left.column_iter().zip(factors.iter()) {
+            for (sum, &x) in sums.iter_mut().zip(own.iter()) {
+                *sum = libm::fma(x, factor, *sum);
+            }
+        }
+        for (x, sum) in column.iter_mut().zip(&sums) {
+            *x -= sum;
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{factors, inverse};
+    use nalgebra::DMatrix;
+
+    use super::{factors, inverse, is_fused, subtract_fused};
 
     fn kernel(width: usize) -> Vec<f64> {
         let entry =
@@ -238,6 +284,22 @@ mod tests {
                 );
             }
         }
+    }
+
+    /// Of sizes that no block divides.
+    #[test]
+    fn products_without_fused_instructions_have_the_same_bits() {
+        let matrix = |rows: usize, columns: usize| {
+            DMatrix::from_column_slice(rows, columns, &kernel(90)[..rows * columns]).map(f64::sin)
+        };
+        let (left, right) = (matrix(77, 64), matrix(64, 7));
+        let before = matrix(77, 7);
+        let [mut one, mut other] = [before.clone(), before];
+        one.gemm(-1.0, &left, &right, 1.0);
+        subtract_fused(&mut other.as_view_mut(), &left.as_view(), &right.as_view());
+        let differing = one.iter().zip(&other).filter(|(x, y)| x != y).count();
+        // Of a processor without them half of the numbers, or more, differ.
+        assert_eq!(differing == 0, is_fused(), "{differing}");
     }
 
     /// From either side, and with as large a condition number but for what a search may miss.
