@@ -286,7 +286,7 @@ mod tests {
         }
     }
 
-    /// Of sizes that no block divides.
+    /// No block divides these sizes.
     #[test]
     fn products_without_fused_instructions_have_the_same_bits() {
         let matrix = |rows: usize, columns: usize| {
