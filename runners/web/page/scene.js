@@ -10,14 +10,14 @@ const UNKNOWN = [120, 126, 134];
 
 const isMesh = (name) => /\.(obj|stl|ply|vs3)$/i.test(name);
 
-/** A problem around a mesh: its surfaces are grey, light comes from above and from the side, and what leaves is lost. */
+/** A problem around a mesh: its surfaces are grey, a sun shines from above, and what leaves is lost. */
 const around = (name, surfaces, reflectance) => `[problem]
 kind = "scene"
 mesh = ${JSON.stringify(name)}
 open = true
 
 [[problem.light]]
-towards = [-1, 2, -3]
+towards = [1, -2, 3]
 irradiance = 1
 
 ${surfaces.map((surface) => `[[problem.surface]]\nname = ${JSON.stringify(surface)}\nreflectance = ${reflectance}\n`).join("\n")}`;
@@ -110,11 +110,20 @@ export class Scene extends Tab {
     this.accept();
     this.busy(true);
     this.solver.stop();
+    const load = (this.loading = Symbol("load"));
+    this.current = undefined;
     const name = Object.keys(files).find((name) => name.endsWith(".toml"));
     try {
-      const found = JSON.parse(await this.solver.call("faces", [name], files));
+      const text = await this.solver.call("faces", [name], files);
+      // Another file came meanwhile, or it was stopped.
+      if (load !== this.loading) return;
+      this.loading = undefined;
+      if (text === null) return this.busy(false);
+      const found = JSON.parse(text);
       Object.assign(this, { name, contents: files, faces: found.faces, names: found.names, materials: found.materials });
     } catch (error) {
+      if (load !== this.loading) return;
+      this.loading = undefined;
       this.busy(false);
       return this.refuse(error.message, "file");
     }
@@ -131,6 +140,8 @@ export class Scene extends Tab {
   }
 
   async run() {
+    // What is loaded is solved then.
+    if (this.loading) return;
     this.accept();
     const numbers = [this.numberOf("walks", [2, 1e9], true), this.numberOf("cells", [1, 1e5], true)];
     if (numbers.includes(undefined)) return this.busy(false);

@@ -19,6 +19,7 @@ export class Solver {
   #worker;
   #last = Promise.resolve();
   #running;
+  #stops = 0;
 
   constructor() {
     this.#start();
@@ -30,7 +31,8 @@ export class Solver {
 
   /** Calls a function of the library with these inputs and files; null if it was stopped without a result. */
   call(name, inputs, files = {}, progress = () => {}) {
-    const run = () => this.#run(name, inputs, files, progress);
+    const before = this.#stops;
+    const run = () => (before === this.#stops ? this.#run(name, inputs, files, progress) : null);
     const result = this.#last.then(run);
     this.#last = result.catch(() => {});
     return result;
@@ -77,8 +79,9 @@ export class Solver {
     return answer === null ? null : JSON.parse(answer);
   }
 
-  /** Ends what is running. */
+  /** Ends what is running, and what waits for that. */
   stop() {
+    this.#stops += 1;
     if (!this.#running) return;
     URL.revokeObjectURL(this.#running.goOn);
     this.#running.timer ??= setTimeout(this.#running.abandon, PATIENCE);

@@ -10,6 +10,9 @@ const NEAREST = 1e-3;
 const ANGLE = (40 * Math.PI) / 180;
 const BACKGROUND = [38, 42, 48];
 
+/** A pixel of this colour, as processors with the lowest byte first have it. */
+const packed = ([red, green, blue]) => (255 << 24) | (blue << 16) | (green << 8) | red;
+
 export class View {
   azimuth = -1.4;
   altitude = 0.25;
@@ -97,8 +100,8 @@ export class View {
   draw() {
     const { width, height } = this.canvas;
     const image = new ImageData(width, height);
-    const pixels = image.data;
-    for (let i = 0; i < width * height; i++) pixels.set([...BACKGROUND, 255], 4 * i);
+    const pixels = new Uint32Array(image.data.buffer);
+    pixels.fill(packed(BACKGROUND));
     const depths = new Float32Array(width * height);
     const owners = (this.owners = new Int32Array(width * height).fill(-1));
     const [ca, sa, ch, sh] = [Math.cos(this.azimuth), Math.sin(this.azimuth), Math.cos(this.altitude), Math.sin(this.altitude)];
@@ -126,30 +129,31 @@ export class View {
       });
       // The inverse of the depth is linear on the picture.
       const places = clipped.map(([x, y, z]) => [width / 2 + (focus * x) / z, height / 2 - (focus * y) / z, 1 / z]);
-      const colour = this.colours[number];
+      const colour = packed(this.colours[number]);
       for (let i = 1; i + 1 < places.length; i++) fill([places[0], places[i], places[i + 1]], colour, number);
     });
-    function fill([a, b, c], [red, green, blue], number) {
+    function fill([a, b, c], colour, number) {
       const twice = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
       if (Math.abs(twice) < 1e-9) return;
       const top = Math.max(0, Math.ceil(Math.min(a[1], b[1], c[1]) - 0.5));
       const bottom = Math.min(height - 1, Math.floor(Math.max(a[1], b[1], c[1]) - 0.5));
       const left = Math.max(0, Math.ceil(Math.min(a[0], b[0], c[0]) - 0.5));
       const end = Math.min(width - 1, Math.floor(Math.max(a[0], b[0], c[0]) - 0.5));
+      // The shares of b and c at a pixel are linear, too.
+      const [vx, vy] = [(c[1] - a[1]) / twice, (a[0] - c[0]) / twice];
+      const [wx, wy] = [(a[1] - b[1]) / twice, (b[0] - a[0]) / twice];
+      const [toB, toC] = [b[2] - a[2], c[2] - a[2]];
       for (let row = top; row <= bottom; row++) {
-        for (let column = left; column <= end; column++) {
-          const [x, y] = [column + 0.5, row + 0.5];
-          const v = ((x - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (y - a[1])) / twice;
-          const w = ((b[0] - a[0]) * (y - a[1]) - (x - a[0]) * (b[1] - a[1])) / twice;
+        const [x, y] = [left + 0.5 - a[0], row + 0.5 - a[1]];
+        let v = x * vx + y * vy;
+        let w = x * wx + y * wy;
+        for (let at = left + row * width; at <= end + row * width; at++, v += vx, w += wx) {
           if (v < -1e-6 || w < -1e-6 || v + w > 1 + 1e-6) continue;
-          const depth = a[2] + v * (b[2] - a[2]) + w * (c[2] - a[2]);
-          const at = column + row * width;
+          const depth = a[2] + v * toB + w * toC;
           if (depth <= depths[at]) continue;
           depths[at] = depth;
           owners[at] = number;
-          pixels[4 * at] = red;
-          pixels[4 * at + 1] = green;
-          pixels[4 * at + 2] = blue;
+          pixels[at] = colour;
         }
       }
     }

@@ -280,6 +280,7 @@ test("a scene: dropped, turned, clicked, refused, shared, stopped", { timeout: 6
   await page.dispatchEvent("body", "drop", { dataTransfer: dropped });
   await idle(page, "scene");
   assert.match(await downloaded(page, "scene"), /mesh = "box\.obj"/);
+  assert(Number(await scene.locator("[data-value=high]").textContent()) > 0.1);
   const other = await reopened(page, "scene");
   await idle(other, "scene");
   assert.equal(await printedIn(other, "scene"), await printedIn(page, "scene"));
@@ -291,6 +292,8 @@ test("a scene: dropped, turned, clicked, refused, shared, stopped", { timeout: 6
   assert.match(await page.locator("#scene-file-wrong").textContent(), /broken\.obj/);
   await scene.locator("[name=example]").selectOption("living-room.toml");
   await scene.locator("[name=walks]").fill("100000000");
+  // What was typed is taken up a little later.
+  await page.waitForTimeout(1500);
   await scene.getByRole("button", { name: "Stop" }).click({ timeout: 60_000 });
   await says(page, "scene", /stopped/, 20_000);
   await isNeverBlocked(t, page);
