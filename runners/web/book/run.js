@@ -65,6 +65,8 @@
   }
   // What scrolls can be scrolled with keys, too.
   document.querySelectorAll("main pre > code, .table-wrapper, .katex-display").forEach((box) => (box.tabIndex = 0));
+  // A corner of a table without a word heads nothing.
+  document.querySelectorAll("main th:empty").forEach((cell) => cell.replaceWith(document.createElement("td")));
   // The generator's own bar: a landmark, with a button that keys reach.
   const bar = document.getElementById("mdbook-menu-bar");
   bar.setAttribute("role", "banner");
