@@ -1,6 +1,6 @@
 //! Bytes of a file, and their text.
 
-use std::cell::RefCell;
+use core::cell::RefCell;
 use std::collections::HashMap;
 use std::fs::File;
 use std::io::Read;
