@@ -35,7 +35,8 @@ const powers = (low, high) => {
   if (to - from < 1) {
     const all = [from - 1, to, to + 1].flatMap((k) => [1, 2, 5].map((m) => m * 10 ** k));
     const seen = [...new Set(all)].filter((x) => Math.log10(x) >= low && Math.log10(x) <= high);
-    return seen.map((x) => [Math.log10(x), label(x, x)]);
+    const close = () => ticks(10 ** low, 10 ** high).filter(([x]) => Math.log10(x) >= low && Math.log10(x) <= high);
+    return (seen.length > 1 ? seen.map((x) => [x, label(x, x)]) : close()).map(([x, text]) => [Math.log10(x), text]);
   }
   const every = Math.max(1, Math.ceil((to - from) / 6));
   return Array.from({ length: Math.max(0, to - from + 1) }, (_, k) => from + k)
