@@ -32,7 +32,7 @@ struct Line {
     /// Whether its ends are directions.
     far: bool,
     sheet: usize,
-    /// Another sheet on the other side of the same line, or this one.
+    /// The sheet on the other side of the same line, if there is one, or this one.
     twin: usize,
     /// The normals with y at the beginning, in the middle and at the end of the edge.
     normals: [Vector<f64>; 3],

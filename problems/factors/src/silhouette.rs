@@ -142,7 +142,7 @@ pub(crate) struct Edge {
     pub(crate) touches: Vec<Touch>,
     /// The numbers of the other sheets that may hide something past the edge, in ascending order.
     pub(crate) others: Vec<usize>,
-    /// Those of them that are taken one by one, and the bodies that the rest are faces of.
+    /// The occluders that are taken one by one, and the bodies that the rest are faces of.
     alone: Vec<usize>,
     bodies: Vec<usize>,
     /// Whether it is one of Q's.

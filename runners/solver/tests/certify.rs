@@ -81,8 +81,10 @@ fn a_published_solution_is_off_by_so_much() {
     assert!(certificate.to_string().starts_with("wrong by 0.0428"));
 }
 
+/// A band of 95 % holds for all points together: five of eight miss once in 60,000 times.
 #[test]
 fn a_bump_in_one_cell_is_found_where_it_is() {
+    let mut alone = 0;
     for own in sines(8) {
         let model = own.model();
         let bump = |x: f64| if (0.37..0.38).contains(&x) { 1e-4 } else { 0.0 };
@@ -90,14 +92,14 @@ fn a_bump_in_one_cell_is_found_where_it_is() {
         let certificate = certified(&solver, move |x| own.u(x) + bump(x));
         let largest = certificate.largest().unwrap();
         let [error, std_error] = [largest.error.unwrap(), largest.std_error.unwrap()];
-        // A band of 95 % would miss it in one of 20.
         assert!(
             largest.is_wrong && (error - 1e-4).abs() < 4.9 * std_error,
             "{own:?}: {largest:?}"
         );
         assert!(largest.place().starts_with("0.37"), "{own:?}: {largest:?}");
-        assert_eq!(certificate.wrong, 2, "{own:?}");
+        alone += u32::from(certificate.wrong == 2);
     }
+    assert!(alone >= 4, "{alone}");
 }
 
 /// The certificates of right solutions that say wrong: 5 % by the bands' level. Of 300 more than 31 come about once in ten thousand times, and

@@ -156,12 +156,13 @@ fn derivatives_on_a_sphere_have_their_closed_forms() {
             solver.walks(40_000).seed(5)
         };
         let point = format!("u({theta}, {phi})");
-        for solver in [
-            solver(),
-            solver().scalar(Scalar::F32),
-            solver().sequence(Sequence::Sobol),
-        ] {
-            let z = worst(&solver, &point, &at).max(worst(&solver, "mean", &mean));
+        let mut solvers = vec![solver(), solver().scalar(Scalar::F32)];
+        // Points of low discrepancy go with a constant absorption, by which walks of much scattering have an infinite variance.
+        if a < 0.5 {
+            solvers.push(solver().sequence(Sequence::Sobol));
+        }
+        for solver in &solvers {
+            let z = worst(solver, &point, &at).max(worst(solver, "mean", &mean));
             assert!(z < SIGMAS, "{a} {g}: {z}");
         }
     }

@@ -230,7 +230,7 @@ fn case(seed: u64) -> Case {
 struct Worst {
     /// Standard errors of rays.
     z: f64,
-    /// Of sums of rows.
+    /// How far off sums of rows are.
     off: f64,
     /// From the clean scene.
     moved: f64,

@@ -16,7 +16,7 @@ use crate::common;
 use common::{Folder, Ran, command, fredholm, wait};
 
 /// What other commands of the manual begin with: these are for people and for CI.
-const OTHERS: [&str; 10] = [
+const OTHERS: [&str; 11] = [
     "cargo run --release -p fredholm --example",
     "cargo run --profile dist -p fredholm --features measure --example",
     "cargo test",
@@ -27,6 +27,7 @@ const OTHERS: [&str; 10] = [
     "git clone",
     "cd ",
     "fuzz/seeds",
+    "runners/web/site",
 ];
 
 /// A block of code.

@@ -278,7 +278,7 @@ fn walks_that_miss_their_error_or_their_time_have_derivatives() {
     assert!((4096.0..1e9).contains(&walks), "{walks}");
 }
 
-/// Of a sphere: in a table of numbers, in parts, and not by resolvent walks.
+/// A sphere tells derivatives in a table of numbers and in parts, and not by resolvent walks.
 #[test]
 fn a_sphere_tells_derivatives_by_its_numbers() {
     let problem = "[problem]\nkind = 'sphere'\nalbedo = 0.5\nasymmetry = 0.2\nemission = [1, 0.5, 0, 0]\n\

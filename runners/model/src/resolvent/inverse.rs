@@ -308,7 +308,7 @@ mod tests {
         }
     }
 
-    /// Of all sizes, and of sums that cancel or lie halfway between two numbers.
+    /// Products of all sizes, and sums that cancel or lie halfway between two numbers.
     #[test]
     fn one_rounding_is_that_of_libm() {
         let mut state = 1_u64;
