@@ -108,7 +108,7 @@ fn worst(solver: &Solver<'_>, target: &str, exact: &[(&str, f64)]) -> f64 {
         let own = own.unwrap_or_else(|| panic!("{quantity} of {target}: {found:?}"));
         println!("{target} {quantity} {exact} {own:?}");
         let error = own.std_error.unwrap();
-        assert!(error < 0.2 * (1.0 + exact.abs()), "{quantity}: {own:?}");
+        assert!(error < 0.4 * (1.0 + exact.abs()), "{quantity}: {own:?}");
         // Rounding, where walks leave no error.
         (own.derivative - exact).abs() / error.max(1e-12)
     });
