@@ -222,8 +222,7 @@ impl Places {
             let faces = model.scene().faces().iter().enumerate();
             let faces = faces.filter_map(|(number, face)| {
                 let name = model.names().get(model.scene().place(number)?.surface)?;
-                let corners = face.corners.get(..face.count as usize)?;
-                Some((name.clone(), corners.to_vec()))
+                Some((name.clone(), face.polygon().to_vec()))
             });
             return Ok(Self {
                 faces: faces.collect(),

@@ -4,6 +4,7 @@ import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
 import fs from "node:fs";
 import http from "node:http";
+import os from "node:os";
 import path from "node:path";
 import { after, before, test } from "node:test";
 import { fileURLToPath } from "node:url";
@@ -128,8 +129,17 @@ const downloaded = async (page, tab) => {
   return fs.readFileSync(saved, "utf8");
 };
 
+/** Stops what is computed; nothing has blocked the page or gone wrong so far. */
+const stops = async (t, page, tab, [begins, ends] = [20_000, 10_000]) => {
+  await panel(page, tab).getByRole("button", { name: "Stop" }).click({ timeout: begins });
+  await says(page, tab, /stopped/, ends);
+  await isNeverBlocked(t, page);
+  assert.deepEqual(page.errors, []);
+  await page.close();
+};
+
 /** What the program prints of a text, without lines with times. */
-const printedBy = (text, folder = fs.mkdtempSync("/tmp/fredholm-web-")) => {
+const printedBy = (text, folder = fs.mkdtempSync(path.join(os.tmpdir(), "fredholm-web-"))) => {
   fs.writeFileSync(path.join(folder, "own.toml"), text);
   const { stdout, stderr } = spawnSync(FREDHOLM, ["solve", "own.toml"], { cwd: folder, encoding: "utf8" });
   return timeless(stderr + stdout);
@@ -178,11 +188,7 @@ test("an equation: typed, refused, shared, saved, stopped", { timeout: 300_000 }
 
   await field("kernel").fill("0.5 * abs(sin(40 * x * y))");
   await field("error").fill("1e-13");
-  await panel(page, "equation").getByRole("button", { name: "Stop" }).click({ timeout: 20_000 });
-  await says(page, "equation", /stopped/, 10_000);
-  await isNeverBlocked(t, page);
-  assert.deepEqual(page.errors, []);
-  await page.close();
+  await stops(t, page, "equation");
 });
 
 test("a room: drawn, dragged, refused, shared, saved, stopped", { timeout: 300_000 }, async (t) => {
@@ -227,11 +233,7 @@ test("a room: drawn, dragged, refused, shared, saved, stopped", { timeout: 300_0
   assert.match(await told.textContent(), /from 0 to 1/);
   await room.locator("[name=reflectance]").fill("0.2");
   await room.locator("[name=walks]").fill("1000");
-  await room.getByRole("button", { name: "Stop" }).click({ timeout: 20_000 });
-  await says(page, "room", /stopped/, 10_000);
-  await isNeverBlocked(t, page);
-  assert.deepEqual(page.errors, []);
-  await page.close();
+  await stops(t, page, "room");
 });
 
 // A box with a lid that is open, and a step in it.
@@ -294,11 +296,7 @@ test("a scene: dropped, turned, clicked, refused, shared, stopped", { timeout: 6
   await scene.locator("[name=walks]").fill("100000000");
   // What was typed is taken up a little later.
   await page.waitForTimeout(1500);
-  await scene.getByRole("button", { name: "Stop" }).click({ timeout: 60_000 });
-  await says(page, "scene", /stopped/, 20_000);
-  await isNeverBlocked(t, page);
-  assert.deepEqual(page.errors, []);
-  await page.close();
+  await stops(t, page, "scene", [60_000, 20_000]);
 });
 
 test("the manual: a problem file runs, and every one has a button", { timeout: 300_000 }, async (t) => {
