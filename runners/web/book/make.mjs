@@ -72,6 +72,6 @@ const rest = [...titles.keys()].filter((page) => !listed.has(page));
 summary.push("\n# The crates\n", ...rest.map((page) => `- [${titles.get(page)}](${placed(page)})`));
 write("SUMMARY.md", summary.join("\n") + "\n");
 
-const examples = fs.readdirSync(from("examples"));
-examples.forEach((name) => write(`examples/${name}`, fs.readFileSync(from(`examples/${name}`))));
-write("examples/index.json", JSON.stringify(examples));
+const examples = fs.readdirSync(from("examples")).map((name) => [name, fs.readFileSync(from(`examples/${name}`), "utf8")]);
+examples.forEach(([name, text]) => write(`examples/${name}`, text));
+fs.writeFileSync(path.join(folder, "..", "examples.json"), JSON.stringify(Object.fromEntries(examples)));

@@ -1,21 +1,25 @@
 // A button beside every problem file of the manual, which solves it in the page. What is printed is compared with what stands below.
+import { gridPlots } from "./plot.js";
+
 (() => {
   const root = new URL(path_to_root || ".", location.href.replace(/[^/]*$/, ""));
   const blocks = [...document.querySelectorAll("main pre > code")];
   const nameOf = (text) => text.match(/^# ([\w.-]+\.\w+)/)?.[1];
 
   /** Files of the page by their names, and examples that the text names. */
-  const filesFor = async (text) => {
+  const filesFor = (text) => {
     const named = blocks.map((block) => block.textContent).filter(nameOf);
     const files = Object.fromEntries(named.map((content) => [nameOf(content), content]));
-    const examples = await (await fetch(new URL("examples/index.json", root))).json();
-    for (const name of examples) {
-      if (!(name in files) && text.includes(`"${name}"`)) {
-        files[name] = new Uint8Array(await (await fetch(new URL(`examples/${name}`, root))).arrayBuffer());
-      }
-    }
-    return files;
+    const examples = Object.entries(fredholm.examples).filter(([name]) => text.includes(`"${name}"`));
+    return { ...Object.fromEntries(examples), ...files };
   };
+
+  /** Loads a script of the site. */
+  const load = (address) =>
+    new Promise((resolve, reject) => {
+      const missing = () => reject(new Error("the solver did not start: its files are missing"));
+      document.head.append(make("script", { src: new URL(address, root), onload: resolve, onerror: missing }));
+    });
 
   let solver;
   const run = async (code, [button, stop, status, printed, pictures]) => {
@@ -28,16 +32,15 @@
     status.classList.remove("wrong");
     status.textContent = "starting";
     try {
-      const { Solver } = await import(new URL("solver/solver.js", root));
-      solver ??= new Solver();
-      const answer = await solver.solve(name, { ...(await filesFor(text)), [name]: text }, (walked, expected) => {
+      if (!globalThis.fredholm) await load("solver/solver.js");
+      solver ??= new fredholm.Solver();
+      const answer = await solver.solve(name, { ...filesFor(text), [name]: text }, (walked, expected) => {
         const share = expected > 0 ? `${Math.min(100, Math.round((100 * walked) / expected))} %` : "";
         status.textContent = walked > 0 ? `${walked} walks ${share}` : "setting up";
       });
       status.textContent = answer === null ? "stopped before the walks" : "";
       printed.textContent = answer === null ? "" : [...answer.said, answer.table].join("\n");
       printed.hidden = answer === null;
-      const { gridPlots } = await import(new URL("play/plot.js", root));
       pictures.replaceChildren(...(answer === null ? [] : gridPlots(answer)));
     } catch (error) {
       status.classList.add("wrong");

@@ -14,6 +14,9 @@ const FIELDS = Object.keys(START);
 /** Where each field stands in the file, from line 1. */
 const LINES = { 4: ["from", "to"], 5: ["kernel"], 6: ["source"], 9: ["error"], 13: ["points"] };
 
+/** The largest magnitude, as text. */
+const most = (numbers) => Math.max(0, ...numbers.map(Math.abs)).toExponential(1);
+
 /** An end of the interval: a number, or a formula as text. */
 const end = (text) => (Number.isFinite(Number(text)) && text.trim() !== "" ? text.trim() : JSON.stringify(text));
 
@@ -105,9 +108,11 @@ ${coarse ? FEW_CELLS : ""}`;
         this.busy(false);
         return this.explain(wrong.message);
       }
+      last.residuals = await this.residuals(last);
+      if (run !== this.current) return;
       this.answer = last;
       this.errors.x.push((performance.now() - begun) / 1000);
-      this.errors.y.push(Math.max(...this.grid(last.columns.of_targets.std_error)));
+      this.errors.y.push(Math.max(...this.curves(last).error));
       this.draw();
       this.print(last);
       if (this.isStopped) break;
@@ -119,16 +124,27 @@ ${coarse ? FEW_CELLS : ""}`;
     else this.say(`${this.isStopped ? "stopped: " : ""}largest standard error ${worst.toExponential(1)}, ${took}`);
   }
 
-  /** The numbers of the points of the grid. */
-  grid(numbers) {
-    return numbers.filter((_, i) => this.answer.columns.names[i].startsWith("u["));
+  /** Of an answer: x, u, the standard errors and the solution without walks at the points of the grid. */
+  curves({ columns: { names, coordinates, of_targets: columns } }) {
+    const grid = (numbers) => numbers.filter((_, i) => names[i].startsWith("u["));
+    const [u, error, known] = ["estimate", "std_error", "galerkin"].map((name) => grid(columns[name]));
+    return { x: grid(coordinates).map(([x]) => x), u, error, known };
+  }
+
+  /** u less ∫ K u dy and F at the points of the grid, each with its standard error; then the same of the solution without walks. */
+  async residuals(answer) {
+    const { x, u, error, known } = this.curves(answer);
+    const texts = ["kernel", "source"].map((name) => this.field(name).value);
+    const of = (u, error) => this.solver.call("residual", [...texts, ...[x, u, error].map((numbers) => Float64Array.from(numbers))]);
+    const both = await Promise.all([of(u, error), of(known, error.map(() => 0))]);
+    // Nothing comes of what was stopped.
+    return both.map((found) => [0, 1].map((part) => (found ? Array.from(x, (_, i) => found[2 * i + part]) : [])));
   }
 
   draw() {
     if (!this.answer) return;
-    const { of_targets: columns, coordinates } = this.answer.columns;
-    const x = this.grid(coordinates).map(([x]) => x);
-    const [u, error, known] = ["estimate", "std_error", "galerkin"].map((name) => this.grid(columns[name]));
+    const { x, u, error } = this.curves(this.answer);
+    const [residual, known] = this.answer.residuals;
     const half = error.map((error) => QUANTILE * error);
     const times = 10 ** Number(this.field("magnify").value);
     this.output("magnified", times.toLocaleString("en"));
@@ -138,8 +154,11 @@ ${coarse ? FEW_CELLS : ""}`;
       ["error", [{ ...this.errors, className: "error", dots: true }], { axes: ["seconds", "standard error"], logs: [true, true], description: "The largest standard error against seconds" }],
       [
         "residual",
-        [{ x, y: u.map((u, i) => u - known[i]), band: half, className: "residual" }],
-        { axes: ["x", "u − without walks"], description: "What walks add to the solution without walks, with the band" },
+        [
+          { x, y: known[0], className: "known" },
+          { x, y: residual[0], band: residual[1].map((error) => QUANTILE * error), className: "residual" },
+        ],
+        { axes: ["x", "u − ∫ K u dy − F"], description: `The residual of u, at most ${most(residual[0])}, and of the solution without walks, at most ${most(known[0])}` },
       ],
     ];
     for (const [name, curves, options] of all) this.plot(name).replaceChildren(plot(curves, options));

@@ -63,9 +63,9 @@ export class Scene extends Tab {
   async open(files) {
     if (files) return this.load(files);
     const name = this.field("example").value;
-    const text = await (await fetch(`../examples/${name}`)).text();
+    const text = fredholm.examples[name];
     const [, mesh] = text.match(/^mesh = "([^"]+)"/m) ?? [];
-    const own = mesh ? { [mesh]: await (await fetch(`../examples/${mesh}`)).text() } : {};
+    const own = mesh ? { [mesh]: fredholm.examples[mesh] } : {};
     return this.load({ [name]: text, ...own });
   }
 

@@ -1,6 +1,10 @@
-// The library in a worker. Calls wait for each other; what is stopped keeps what it has, or ends with nothing.
+// The library in a worker: `fredholm.Solver`, and the texts of the `examples` by their names. Calls wait for each other; what is stopped keeps what it
+// has, or ends with nothing.
+import examples from "../examples.json";
+import worker from "../worker.txt";
 
-const address = new URL("./worker.js", import.meta.url);
+// Browsers start no worker from a file beside the page, if that is a file, too: it comes from memory.
+const address = URL.createObjectURL(new Blob([worker], { type: "text/javascript" }));
 // Set-ups look for a wish to stop now and then; what has not after so many milliseconds is ended.
 const PATIENCE = 1500;
 
@@ -15,7 +19,7 @@ const bytesOf = (files) =>
     ]),
   );
 
-export class Solver {
+class Solver {
   #worker;
   #last = Promise.resolve();
   #running;
@@ -26,7 +30,7 @@ export class Solver {
   }
 
   #start() {
-    this.#worker = new Worker(address, { type: "module" });
+    this.#worker = new Worker(address);
   }
 
   /** Calls a function of the library with these inputs and files; null if it was stopped without a result. */
@@ -87,3 +91,5 @@ export class Solver {
     this.#running.timer ??= setTimeout(this.#running.abandon, PATIENCE);
   }
 }
+
+globalThis.fredholm = { Solver, examples };

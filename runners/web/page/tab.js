@@ -1,6 +1,5 @@
 // What all tabs have: fields with their errors, actions, a line that says what is going on, and the printed text.
 import { download, fragmentOf } from "./share.js";
-import { Solver } from "../solver/solver.js";
 
 /** A number as a file says it. */
 export const number = (text) => {
@@ -9,7 +8,7 @@ export const number = (text) => {
 };
 
 export class Tab {
-  solver = new Solver();
+  solver = new globalThis.fredholm.Solver();
 
   constructor(panel, kind) {
     this.panel = panel;

@@ -1,7 +1,13 @@
 // Runs the library beside the page, one call after the other.
-import start, * as library from "./fredholm_web.js";
+import start, * as library from "../module/fredholm_web.js";
+import base64 from "../module/fredholm_web_bg.wasm.gz";
 
-const started = start();
+const unpacked = async () => {
+  const packed = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
+  const bytes = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
+  return new Response(bytes, { headers: { "content-type": "application/wasm" } });
+};
+const started = start({ module_or_path: unpacked() });
 
 // Whether the page has revoked the address that stands for "go on": a worker that computes hears no messages.
 const isStopped = (address) => {
@@ -16,9 +22,11 @@ const isStopped = (address) => {
 };
 
 onmessage = async ({ data: { name, inputs, files, goOn } }) => {
+  // Of a page that is a file nothing is heard: the page ends the worker.
+  const hears = !isStopped(goOn);
   const progress = (walked, expected) => {
     postMessage({ walked, expected });
-    return isStopped(goOn);
+    return hears && isStopped(goOn);
   };
   try {
     await started;

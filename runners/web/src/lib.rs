@@ -1,6 +1,7 @@
 //! The library `fredholm` in a web page: names of files in memory go in, reports come out as JSON. Pages, pictures and the worker
 //! are JavaScript's, in `page`.
 
+mod residual;
 mod scene;
 mod watch;
 
@@ -19,6 +20,7 @@ use wasm_bindgen::prelude::*;
 
 use watch::Watch;
 
+pub use residual::residual;
 pub use scene::{faces, factors};
 
 /// An error of JavaScript with the words of one of ours.

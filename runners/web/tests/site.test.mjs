@@ -36,16 +36,16 @@ after(async () => {
   server?.close();
 });
 
-/** A page at this address of the site, of which requests to others and errors are noted. */
+/** A page at this address of the site, or of its folder, of which requests to others and errors are noted. */
 const pageAt = async (address, options = { viewport: WIDTHS.wide }) => {
   const page = await browser.newPage(options);
   page.errors = [];
   page.on("request", (request) => {
-    if (!request.url().startsWith(root) && !/^(blob|data):/.test(request.url())) foreign.push(request.url());
+    if (!request.url().startsWith(root) && !/^(blob|data|file):/.test(request.url())) foreign.push(request.url());
   });
   page.on("pageerror", (error) => page.errors.push(error.message));
   page.on("console", (message) => message.type() === "error" && !/blob:/.test(message.location().url) && page.errors.push(`${message.text()} ${message.location().url}`));
-  await page.goto(`${root}/${address}`);
+  await page.goto(address.startsWith("file:") ? address : `${root}/${address}`);
   return page;
 };
 
@@ -76,6 +76,7 @@ const withoutTimes = (value) => {
 
 test("every example has the program's bits", { timeout: 3_600_000 }, async (t) => {
   const page = await pageAt("404.html");
+  await page.addScriptTag({ url: `${root}/solver/solver.js` });
   for (const name of fs.readdirSync(EXAMPLES).filter((name) => name.endsWith(".toml"))) {
     await t.test(name, async () => {
       const text = fs.readFileSync(path.join(EXAMPLES, name), "utf8");
@@ -83,10 +84,8 @@ test("every example has the program's bits", { timeout: 3_600_000 }, async (t) =
       const begun = performance.now();
       const found = await page.evaluate(
         async ([name, beside]) => {
-          const { Solver } = await import("/solver/solver.js");
-          globalThis.solver ??= new Solver();
-          const files = {};
-          for (const own of [name, ...beside]) files[own] = new Uint8Array(await (await fetch(`/examples/${own}`)).arrayBuffer());
+          globalThis.solver ??= new fredholm.Solver();
+          const files = Object.fromEntries([name, ...beside].map((own) => [own, fredholm.examples[own]]));
           const answer = await solver.solve(name, files);
           return [answer.json, answer.table];
         },
@@ -164,9 +163,9 @@ test("an equation: typed, refused, shared, saved, stopped", { timeout: 300_000 }
 
   const field = (name) => panel(page, "equation").locator(`[name="${name}"]`);
   await field("kernel").fill("0.5 * exp(-(x - z)^2)");
-  const told = page.locator("#equation-kernel-wrong");
-  await told.waitFor();
-  assert.match(await told.textContent(), /z/);
+  const refused = page.locator("#equation-kernel-wrong");
+  await refused.waitFor();
+  assert.match(await refused.textContent(), /z/);
   assert.equal(await field("kernel").getAttribute("aria-invalid"), "true");
   await shot(page, "equation-refused");
   await field("kernel").fill("0.5 * exp(-(x - y)^2)");
@@ -179,6 +178,9 @@ test("an equation: typed, refused, shared, saved, stopped", { timeout: 300_000 }
   assert.equal(await printedIn(page, "equation"), printedBy(await downloaded(page, "equation")));
   const worst = (await panel(page, "equation").locator("[data-plot=u] svg").getAttribute("aria-label")).match(/[\d.]+e-\d+/);
   assert(Number(worst[0]) < 3e-7);
+  const told = await panel(page, "equation").locator("[data-plot=residual] svg").getAttribute("aria-label");
+  const [left] = told.match(/[\d.]+e[+-]\d+/);
+  assert(Number(left) < 3e-7 && Number(left) > 0, told);
 
   const other = await reopened(page, "equation");
   await idle(other, "equation");
@@ -317,6 +319,28 @@ test("the manual: a problem file runs, and every one has a button", { timeout: 3
   }
   t.diagnostic(`${files} problem files`);
   assert(files > 20);
+  assert.deepEqual(page.errors, []);
+  await page.close();
+});
+
+test("without a server: from the files of a folder", { timeout: 300_000 }, async (t) => {
+  const page = await pageAt(`file://${SITE}/play/index.html#equation`);
+  await page.locator("#equation [data-plot=u] polyline").waitFor();
+  await idle(page, "equation");
+  assert.equal(await printedIn(page, "equation"), printedBy(await downloaded(page, "equation")));
+  for (const tab of ["room", "scene"]) {
+    await page.locator(`#tab-${tab}`).click();
+    await idle(page, tab);
+    assert((await printedIn(page, tab)).length > 100);
+  }
+  await page.locator("#scene [name=walks]").fill("100000000");
+  await page.waitForTimeout(1500);
+  await panel(page, "scene").getByRole("button", { name: "Stop" }).click({ timeout: 60_000 });
+  await says(page, "scene", /stopped/, 20_000);
+  assert.deepEqual(page.errors, []);
+  await page.goto(`file://${SITE}/docs/cubes.html`);
+  await page.locator(".run button").first().click();
+  await page.locator(".run pre").first().waitFor({ timeout: 60_000 });
   assert.deepEqual(page.errors, []);
   await page.close();
 });
