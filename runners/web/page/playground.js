@@ -20,7 +20,15 @@ const show = async (name, files) => {
   }
   const isNew = !(name in opened);
   opened[name] ??= new kinds[name](document.getElementById(name));
-  if (files || isNew) await opened[name].open(files);
+  if (!files && !isNew) return;
+  const own = opened[name];
+  own.busy(true);
+  try {
+    await own.open(files);
+  } catch (wrong) {
+    own.busy(false);
+    own.refuse(wrong.message);
+  }
 };
 
 tabs.forEach((tab, i) => {

@@ -244,7 +244,7 @@ fn subtract_fused(
         sums.fill(0.0);
         for (own, &factor) in left.column_iter().zip(factors.iter()) {
             for (sum, &x) in sums.iter_mut().zip(own.iter()) {
-                *sum = libm::fma(x, factor, *sum);
+                *sum = fused(x, factor, *sum);
             }
         }
         for (x, sum) in column.iter_mut().zip(&sums) {
@@ -253,11 +253,33 @@ fn subtract_fused(
     }
 }
 
+/// x y + z, rounded once: the product and the sum with their errors (Dekker 1971), where the error of those makes no difference.
+fn fused(x: f64, y: f64, z: f64) -> f64 {
+    let halves = |x: f64| {
+        let far = 134_217_729.0 * x;
+        let high = far - (far - x);
+        (high, x - high)
+    };
+    let ((x1, x2), (y1, y2)) = (halves(x), halves(y));
+    let product = x * y;
+    let off = ((x1 * y1 - product) + x1 * y2 + x2 * y1) + x2 * y2;
+    let sum = product + z;
+    let own = sum - product;
+    let rest = ((product - (sum - own)) + (z - own)) + off;
+    let [low, high] = [1.0 - f64::EPSILON, 1.0 + f64::EPSILON].map(|share| sum + share * rest);
+    // Elsewhere halves overflow, or errors are no numbers of f64.
+    if low == high && product.abs() > 1e-200 {
+        low
+    } else {
+        libm::fma(x, y, z)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use nalgebra::DMatrix;
 
-    use super::{factors, inverse, is_fused, subtract_fused};
+    use super::{factors, fused, inverse, is_fused, subtract_fused};
 
     fn kernel(width: usize) -> Vec<f64> {
         let entry =
@@ -283,6 +305,41 @@ mod tests {
                     "{i} {j} {product}"
                 );
             }
+        }
+    }
+
+    /// Products of all sizes, and sums that cancel or lie halfway between two numbers.
+    #[test]
+    fn one_rounding_is_that_of_libm() {
+        let mut state = 1_u64;
+        let mut number = || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            f64::from_bits(state ^ state >> 29)
+        };
+        let check = |x: f64, y: f64, z: f64| {
+            let (own, other) = (fused(x, y, z), libm::fma(x, y, z));
+            assert!(
+                own.to_bits() == other.to_bits() || own.is_nan() && other.is_nan(),
+                "{x:e} {y:e} {z:e}"
+            );
+        };
+        for _ in 0..300_000 {
+            let [x, y, z] = [number(), number(), number()];
+            check(x, y, z);
+            let near = |x: f64| {
+                f64::from_bits(
+                    x.to_bits() & !(0x7ff << 52) | 1020 << 52 | (x.to_bits() >> 3 & 7) << 52,
+                )
+            };
+            let [x, y, z] = [x, y, z].map(near);
+            check(x, y, z);
+            check(x, y, -x * y);
+            // Few digits: halfway often.
+            let coarse = |x: f64| f64::from_bits(x.to_bits() & !0x3ff_ffff);
+            check(coarse(x), coarse(y), z);
+            check(coarse(x), f64::EPSILON / 2.0, coarse(z));
         }
     }
 
