@@ -78,10 +78,10 @@ Nothing is run, except the pilot walks of a file that gives a target error and l
     },
     /// Say how wrong a solution is that somebody else has found, with error bars
     #[command(after_help = "\
-The solution is a formula, or a CSV file of points and values: a head names the columns (coordinates, `surface`, `t`, \
-`name` of a target, `value`); without one the last column is the value. A formula is compared with u at the targets of the \
-file and at some 256 points all over the space, a table at its own points. Form factors (.csv of from, to, factor, or \
-View3D's text) are compared with exact ones.
+The solution is a formula, or a file of points and values. In a .csv file a head names the columns (coordinates, `surface`, \
+`t`, `name` of a target, `value`); without one the last column is the value. An .npz file has arrays with such names, and a \
+.vtu file is a mesh with values. A formula is compared with u at the targets of the file and at some 256 points all over the \
+space, a file at its own points. Form factors (.csv of from, to, factor, .npz, or View3D's text) are compared with exact ones.
 
   fredholm certify FILE.toml --with \"1.2 * x\"
   fredholm certify FILE.toml --with nodes.csv --out errors.svg
@@ -278,8 +278,8 @@ impl WalkArgs {
 pub(crate) struct CertifyArgs {
     /// The problem file (TOML); for form factors also a deck or a mesh
     pub(crate) file: PathBuf,
-    /// The solution: a formula in x, or x1, x2, …, or a CSV file of points and values. Of several channels or components give one
-    /// formula for each
+    /// The solution: a formula in x, or x1, x2, …, or a file of points and values (.csv, .npz, .vtu). Of several channels or
+    /// components give one formula for each
     #[arg(
         long,
         value_name = "SOLUTION",

@@ -1,5 +1,6 @@
 //! `fredholm certify`: how wrong a solution is that somebody else has found.
 
+mod arrays;
 mod factors;
 
 use std::path::Path;
@@ -7,6 +8,7 @@ use std::path::Path;
 use fredholm::report::Coordinates;
 use fredholm::{Certificate, CertifiedValue, Field, SolveError, Solver, StopReason, Verdict};
 use fredholm_file::parts::output::Output;
+use fredholm_file::{GivenTable, given_dimension};
 use fredholm_plot::{Axis, GridCurve, GridPoint};
 
 use crate::args::CertifyArgs;
@@ -65,15 +67,24 @@ pub(crate) fn certify(args: &CertifyArgs, signals: &Signals) -> Result<Ended, Fa
     let limit = args.walk.limit()?;
     let is_table = |text: &String| {
         let path = Path::new(text);
-        path.exists()
-            || path
-                .extension()
-                .is_some_and(|e| e.eq_ignore_ascii_case("csv"))
+        let is_csv = |ending: &std::ffi::OsStr| ending.eq_ignore_ascii_case("csv");
+        path.exists() || arrays::is_read(path) || path.extension().is_some_and(is_csv)
     };
     let values = match args.with.as_slice() {
         [path] if is_table(path) => {
             let model = file.resolve()?.model;
-            let given = file.given_table(model.model(), Path::new(path))?;
+            let (model, path) = (model.model(), Path::new(path));
+            let given = match arrays::is_read(path) {
+                true => {
+                    let table = arrays::table(path, given_dimension(model))?;
+                    let given = file.given_rows(model, &path.display().to_string(), table.text)?;
+                    GivenTable {
+                        rounding: table.rounding,
+                        ..given
+                    }
+                }
+                false => file.given_table(model, path)?,
+            };
             file.targets = given.targets;
             file.validate()?;
             Some((given.values, given.rounding))

@@ -84,10 +84,8 @@ impl ProblemFile {
         texts: &[String],
     ) -> Result<Vec<Solution>, InputError> {
         let space = self.problem.space();
-        let point = model.spread(1.0).into_iter().next();
-        let coordinates = point.and_then(|region| coordinates(model, &region));
         let parts = usize::from(self.problem.has_components());
-        let dimension = coordinates.map_or(1, |x| x.len().saturating_sub(parts));
+        let dimension = given_dimension(model).saturating_sub(parts).max(1);
         let parameters = space.map_or(&[][..], |space| &space.parameters.value);
         let variables = Variables {
             dimension,
@@ -125,9 +123,22 @@ impl ProblemFile {
     /// A file that cannot be read, or a wrong line of it, at the line.
     pub fn given_table(&self, model: &dyn Model, path: &Path) -> Result<GivenTable, InputError> {
         let name = path.display().to_string();
+        self.given_rows(model, &name, utf8(&name, load(path, MAX_BYTES)?)?)
+    }
+
+    /// The rows of the text of such a file, with the name that errors say.
+    ///
+    /// # Errors
+    /// A wrong line, at the line.
+    pub fn given_rows(
+        &self,
+        model: &dyn Model,
+        name: &str,
+        text: String,
+    ) -> Result<GivenTable, InputError> {
         let source = Source {
-            text: utf8(&name, load(path, MAX_BYTES)?)?,
-            name,
+            text,
+            name: name.to_owned(),
         };
         let reader = Reader {
             file: self,
@@ -137,6 +148,14 @@ impl ProblemFile {
         };
         reader.read()
     }
+}
+
+/// The number of coordinates of a point for functions of it: of a system, with the number of an equation behind them.
+#[must_use]
+pub fn given_dimension(model: &dyn Model) -> usize {
+    let point = model.spread(1.0).into_iter().next();
+    let coordinates = point.and_then(|region| coordinates(model, &region));
+    coordinates.map_or(1, |x| x.len())
 }
 
 /// The coordinates of a point for functions of it.

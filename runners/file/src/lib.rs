@@ -26,7 +26,7 @@ use toml::de::{DeTable, DeValue};
 
 pub use fredholm::{Choices, Estimator, Form, Method, Pairs, Scalar, Sequence};
 
-pub use given::{GivenTable, Solution, last_digit};
+pub use given::{GivenTable, Solution, given_dimension, last_digit};
 pub use kinds::{KINDS, Kind, KindEntry};
 pub use load::{MAX_BYTES, load, load_from, read_from_memory, utf8};
 pub use model::{Resolution, Resolved};

@@ -271,13 +271,14 @@ fn error_bars_hold() {
         // In rounds, and in 39 samples.
         for solver in [solver.clone(), solver.batch(128)] {
             let (mut inside, mut sum) = (0, 0.0);
-            for seed in 1..=200 {
+            for seed in 1..=60 {
                 let z = off(&solver.clone().seed(seed).solve().unwrap(), 0, case.value);
                 inside += u32::from(z.abs() < 2.0);
                 sum += z;
             }
-            assert!((178..=199).contains(&inside), "{}: {inside}", case.name);
-            assert!((sum / 200.0_f64.sqrt()).abs() < 4.0, "{}: {sum}", case.name);
+            // The binomial distribution with 95.4 % leaves less than a thousandth below.
+            assert!(inside >= 50, "{}: {inside}", case.name);
+            assert!((sum / 60.0_f64.sqrt()).abs() < 4.0, "{}: {sum}", case.name);
         }
     }
 }

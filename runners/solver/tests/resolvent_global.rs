@@ -155,8 +155,9 @@ fn bands_hold_and_values_are_unbiased() {
         let is_long = std::env::var_os("FREDHOLM_LONG").is_some();
         let (seeds, holds) = match (case.domain.len(), is_long) {
             (1, true) => (200_u32, 175..=199),
-            (1, false) | (_, true) => (40, 32..=40),
-            (_, false) => (8, 4..=8),
+            (_, true) => (40, 32..=40),
+            (1, false) => (20, 15..=20),
+            (_, false) => (4, 2..=4),
         };
         let model = case.model();
         let points = case.points();

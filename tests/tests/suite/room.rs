@@ -165,7 +165,8 @@ fn polygons_approach_the_circle() {
             "{n}: {nystrom:e}"
         );
         let drawing = polygon(n, 0.5, f64::cos);
-        let setup = Setup::new::<f64>(&drawing, 1800, Grading::default()).unwrap();
+        let cells = if long { 1800 } else { 450 };
+        let setup = Setup::new::<f64>(&drawing, cells, Grading::default()).unwrap();
         let walks = if long { 20_000_000 } else { 50_000 };
         let best = setup.with::<f64, _>(Way::Rays, |room, neighbour, _| {
             let x = room.on_wall(0, 0.5).unwrap();

@@ -7,6 +7,7 @@ use fredholm::numbers::{aligned, short};
 use fredholm_file::last_digit;
 use serde::Serialize;
 
+use super::arrays;
 use crate::args::{CertifyArgs, FactorsArgs};
 use crate::factors::{Factors, found};
 use crate::failure::{Ended, Failure, print};
@@ -188,8 +189,15 @@ struct Given {
 }
 
 impl Given {
-    /// The factors of a file: CSV of from, to and factor, in which zeros may be left out, or View3D's text.
+    /// The factors of a file: CSV of from, to and factor, in which zeros may be left out, a matrix of NumPy's, or View3D's text.
     fn read(path: &Path, surfaces: &[String]) -> Result<Self, Failure> {
+        if arrays::is_read(path) {
+            let rows = arrays::matrix(path, surfaces.len())?;
+            return Ok(Self {
+                rows,
+                rounding: 0.0,
+            });
+        }
         let name = path.display().to_string();
         let text = file::utf8(&name, file::load(path, file::MAX_BYTES)?)?;
         let is_csv = |ending: &std::ffi::OsStr| ending.eq_ignore_ascii_case("csv");

@@ -2,6 +2,8 @@
 
 use crate::common;
 
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
 use common::{Folder, assert_svg, csv_rows, fredholm, list, number, refused};
 
 const LINE: &str = "[problem]\nkind = 'cube'\ndimension = 1\nkernel = 'a * x * y'\nsource = 'x'\n[problem.parameters]\na = 0.5\n\
@@ -87,6 +89,116 @@ fn tables_are_read_with_and_without_a_head() {
     let own = folder.file("own.csv", own);
     let ran = fredholm(&["certify", &room, "--with", &own]);
     assert!(ran.stdout.contains("of 1 values"), "{ran:?}");
+}
+
+/// x and 1.2 x, compressed, as NumPy 2.4 writes them.
+const NPZ: &str = "UEsDBC0AAAAIAAAAIQCXLRFa//////////8FABQAeC5ucHkBABAAoAAAAAAAAABPAAAAAAAAAJvsF+obEMnIUMZQrZ6SWpxcpG6loG6TZqGuo6Cell9UUpSY\
+    F59flJIKEndLzClOBYoXZyQWpAL5GiY6mjoKtQoUAC4GFHDBHkI/gNIf7AFQSwMELQAAAAgAAAAhAKl9WSj//////////wcAFABwaGkubnB5AQAQAKAAAAAA\
+    AAAAUgAAAAAAAACb7BfqGxDJyFDGUK2eklqcXKRupaBuk2ahrqOgnpZfVFKUmBefX5SSChJ3S8wpTgWKF2ckFqQC+RomOpo6CrUKFAAuBigwBoPL9hD6MZT+\
+    bA8AUEsBAi0DLQAAAAgAAAAhAJctEVpPAAAAoAAAAAUAAAAAAAAAAAAAAIABAAAAAHgubnB5UEsBAi0DLQAAAAgAAAAhAKl9WShSAAAAoAAAAAcAAAAAAAAA\
+    AAAAAIABhgAAAHBoaS5ucHlQSwUGAAAAAAIAAgBoAAAAEQEAAAAA";
+/// The factors of the square in ROOM, as SciPy writes them.
+const SPARSE: &str = "UEsDBC0AAAAIAAAAIQAdDwfs//////////8LABQAaW5kaWNlcy5ucHkBABAAjAAAAAAAAABJAAAAAAAAAJvsF+obEMnIUMZQrZ6SWpxcpG6loG6TaaKuo6Ce\
+    ll9UUpSYF59flJIKEndLzClOBYoXZyQWpAL5GsY6mjoKtQoUAC5GBggA0QBQSwMELQAAAAgAAAAhAGeLARH//////////woAFABpbmRwdHIubnB5AQAQAIwA\
+    AAAAAAAATAAAAAAAAACb7BfqGxDJyFDGUK2eklqcXKRupaBuk2mirqOgnpZfVFKUmBefX5SSChJ3S8wpTgWKF2ckFqQC+RrGOpo6CrUKFAAuBiBgBGJmIAYA\
+    UEsDBC0AAAAIAAAAIQCjw3SX//////////8KABQAZm9ybWF0Lm5weQEAEACDAAAAAAAAAEUAAAAAAAAAm+wX6hsQychQxlCtnpJanFykbqWgXhNsrK6joJ6W\
+    X1RSlJgXn1+UkgoSd0vMKU4FihdnJBakAvkamjoKtQoUAa7k4iIAUEsDBC0AAAAIAAAAIQD+SNTA//////////8JABQAc2hhcGUubnB5AQAQAJAAAAAAAAAA\
+    SQAAAAAAAACb7BfqGxDJyFDGUK2eklqcXKRupaBuk2mhrqOgnpZfVFKUmBefX5SSChJ3S8wpTgWKF2ckFqQC+RpGOpo6CrUKFAAuJgYIgNEAUEsDBC0AAAAI\
+    AAAAIQCKq0i6//////////8IABQAZGF0YS5ucHkBABAAmAAAAAAAAABQAAAAAAAAAJvsF+obEMnIUMZQrZ6SWpxcpG6loG6TZqGuo6Cell9UUpSYF59flJIK\
+    EndLzClOBYoXZyQWpAL5GsY6mjoKtQoUAC4GMPhgHwoGV6H0U3sAUEsBAi0DLQAAAAgAAAAhAB0PB+xJAAAAjAAAAAsAAAAAAAAAAAAAAIABAAAAAGluZGlj\
+    ZXMubnB5UEsBAi0DLQAAAAgAAAAhAGeLARFMAAAAjAAAAAoAAAAAAAAAAAAAAIABhgAAAGluZHB0ci5ucHlQSwECLQMtAAAACAAAACEAo8N0l0UAAACDAAAA\
+    CgAAAAAAAAAAAAAAgAEOAQAAZm9ybWF0Lm5weVBLAQItAy0AAAAIAAAAIQD+SNTASQAAAJAAAAAJAAAAAAAAAAAAAACAAY8BAABzaGFwZS5ucHlQSwECLQMt\
+    AAAACAAAACEAiqtIulAAAACYAAAACAAAAAAAAAAAAAAAgAETAgAAZGF0YS5ucHlQSwUGAAAAAAUABQAWAQAAnQIAAAAA";
+/// The same values at points between lines, as meshio 5.3 writes them.
+const VTU: &str = r#"<?xml version="1.0"?>
+<VTKFile type="UnstructuredGrid" version="0.1" byte_order="LittleEndian" compressor="vtkZLibDataCompressor">
+<UnstructuredGrid>
+<Piece NumberOfPoints="4" NumberOfCells="3">
+<Points>
+<DataArray type="Float64" Name="Points" NumberOfComponents="3" format="binary">AQAAAACAAABgAAAAFgAAAA==eJxjYMAHLthjF3+AQ/wDhjgAieUDXg==</DataArray>
+</Points>
+<Cells>
+<DataArray type="Int64" Name="connectivity" format="binary">AQAAAACAAAAwAAAAEwAAAA==eJxjYIAARjSaCY1mhtIAAOAACg==</DataArray>
+<DataArray type="Int64" Name="offsets" format="binary">AQAAAACAAAAYAAAAEAAAAA==eJxjYoAAFijNBqUBALgADQ==</DataArray>
+<DataArray type="Int64" Name="types" format="binary">AQAAAACAAAAYAAAADgAAAA==eJxjZoAAZjQaAACoAAo=</DataArray>
+</Cells>
+<PointData>
+<DataArray type="Float64" Name="phi" format="binary">AQAAAACAAAAgAAAAFgAAAA==eJxjYIAAYzC4bA+hH0Ppz/YAUMgG/Q==</DataArray>
+</PointData>
+</Piece>
+</UnstructuredGrid>
+</VTKFile>"#;
+
+/// The same values in the middles of the lines, as text.
+const ON_CELLS: &str = r#"<VTKFile type="UnstructuredGrid" version="0.1" byte_order="LittleEndian"><UnstructuredGrid>
+<Piece NumberOfPoints="4" NumberOfCells="3">
+<Points><DataArray type="Float64" NumberOfComponents="3" format="ascii">0 0 0 0.25 0 0 0.5 0 0 1 0 0</DataArray></Points>
+<Cells>
+<DataArray type="Int64" Name="connectivity" format="ascii">0 1 1 2 2 3</DataArray>
+<DataArray type="Int64" Name="offsets" format="ascii">2 4 6</DataArray>
+</Cells>
+<CellData><DataArray type="Float32" Name="phi" format="ascii">0.15 0.45 0.9</DataArray></CellData>
+</Piece></UnstructuredGrid></VTKFile>"#;
+
+#[test]
+fn arrays_of_others_are_read() {
+    let folder = Folder::new();
+    let [line, room] = [
+        folder.file("line.toml", LINE),
+        folder.file("room.toml", ROOM),
+    ];
+    let bytes = |text: &str| STANDARD.decode(text).unwrap();
+    let certify = |problem: &str, path: &str| {
+        let ran = fredholm(&["certify", problem, "--with", path, "--json"]);
+        let status = ran.status;
+        (status, ran.json())
+    };
+    for (name, content) in [("n.npz", bytes(NPZ)), ("m.vtu", Vec::from(VTU))] {
+        let (status, json) = certify(&line, &folder.file(name, content));
+        assert_eq!(status, Some(0), "{name}: {json}");
+        assert_eq!(list(&json, "values").len(), 4);
+        assert_eq!(number(&json, "rounding"), 0.0);
+    }
+    // Of cells the values belong to the centres, and those of single precision are rounded.
+    let (status, json) = certify(&line, &folder.file("c.vtu", ON_CELLS));
+    assert_eq!(status, Some(0), "{json}");
+    assert_eq!(list(&json, "values").len(), 3);
+    assert!(number(&json, "rounding") > 1e-8);
+    // What the program itself has written.
+    let own = LINE.replace("over = 'all'", "grid = 5");
+    let own = folder.file("own.toml", &own);
+    for name in ["own.npz", "own.vtu"] {
+        let path = folder.at(name);
+        fredholm(&["solve", &own, "--out", &path]).quietly(0);
+        let (status, json) = certify(&own, &path);
+        assert_eq!(status, Some(0), "{name}: {json}");
+        assert!(list(&json, "values").len() >= 5, "{json}");
+    }
+    let sparse = folder.file("s.npz", bytes(SPARSE));
+    let ran = fredholm(&["certify", &room, "--factors", &sparse]);
+    assert_eq!(ran.status, Some(0), "{ran:?}");
+
+    let refuse = |name: &str, content: Vec<u8>, words: &[&str]| {
+        let path = folder.file(name, content);
+        refused(&fredholm(&["certify", &line, "--with", &path]), words);
+    };
+    refuse(
+        "b.npz",
+        b"PK".to_vec(),
+        &["b.npz: it is no archive of arrays"],
+    );
+    refuse("e.npz", bytes(SPARSE), &["e.npz: points are wanted"]);
+    refuse(
+        "b.vtu",
+        b"<VTKFile/>".to_vec(),
+        &["b.vtu: it has no points"],
+    );
+    let broken = VTU.replace("eJxjYMAHLthj", "eJxjYMAH");
+    refuse(
+        "b.vtu",
+        broken.into(),
+        &["b.vtu: array \"Points\": it is broken"],
+    );
 }
 
 #[test]

@@ -251,6 +251,30 @@ fn temperatures_have_units() {
         .warning(0, &["this emission is negative"]);
 }
 
+/// What is said of many surfaces is said once.
+#[test]
+fn a_remark_is_made_once() {
+    let side = |from: [f64; 2], to: [f64; 2]| {
+        format!(
+            "[[problem.surface]]\npoints = [{from:?}, {to:?}]\nreflectance = 0.5\nemission = -1\n"
+        )
+    };
+    let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+    let sides: String = (0..4)
+        .map(|k| side(corners[k], corners[(k + 1) % 4]))
+        .collect();
+    let file = format!("[problem]\nkind = 'room'\n{sides}[[target]]\nover = 'all'\n");
+    let ran = Folder::new().solve(&file, &[]);
+    let ran = ran.warning(
+        0,
+        &[
+            "problem.toml:6: this emission is negative",
+            "the first of 4 such surfaces",
+        ],
+    );
+    assert_eq!(ran.stderr.matches("negative").count(), 1, "{ran:?}");
+}
+
 #[test]
 fn a_refused_room_can_be_looked_at() {
     let folder = Folder::new();

@@ -304,7 +304,8 @@ impl Kind for Room {
     }
 
     fn remarks(&self, file: &ProblemFile) -> Vec<String> {
-        let mut remarks = Vec::new();
+        // Of each remark the first place, and the number of surfaces.
+        let mut remarks: Vec<(&str, &Place, usize)> = Vec::new();
         for surface in &self.surfaces {
             let (numbers, doubtful, message): (_, fn(f64) -> bool, _) = match &surface.material {
                 Material::Light(_, emission) => (
@@ -320,10 +321,24 @@ impl Kind for Room {
                 Material::Flux(..) | Material::Coloured(..) => continue,
             };
             let numbers = numbers.iter().flat_map(|numbers| &numbers.value);
-            let doubtful = numbers.into_iter().find(|number| doubtful(number.value));
-            remarks.extend(doubtful.map(|number| file.remark(&number.place, message)));
+            let Some(number) = numbers.into_iter().find(|number| doubtful(number.value)) else {
+                continue;
+            };
+            match remarks.iter_mut().find(|(known, ..)| *known == message) {
+                Some((.., count)) => *count += 1,
+                None => remarks.push((message, &number.place, 1)),
+            }
         }
-        remarks
+        let told = remarks
+            .into_iter()
+            .map(|(message, place, count)| match count {
+                1 => file.remark(place, message),
+                _ => {
+                    let all = format_args!("{message} (the first of {count} such surfaces)");
+                    file.remark(place, all)
+                }
+            });
+        told.collect()
     }
 
     fn identity(&self, file: &ProblemFile) -> Result<String, InputError> {
