@@ -116,8 +116,8 @@ impl ProblemFile {
     }
 
     /// The rows of a CSV file as targets with values. A head names the columns: `value` (or `u`, or what a result file of this program calls
-    /// its estimate), or the names of all channels; coordinates; `surface` and `t`; `name` of a target of this file, where a row has
-    /// no coordinates. Without a head the last column is the value, and before it are the coordinates, or a surface and then these.
+    /// its estimate), or the names of all channels; coordinates; `surface` and `t`; `name` of a target of this file, whose
+    /// coordinates are those of the file. Without a head the last column is the value, and before it are the coordinates, or a surface and then these.
     ///
     /// # Errors
     /// A file that cannot be read, or a wrong line of it, at the line.
@@ -351,13 +351,14 @@ impl Reader<'_> {
             let message = format!("there is no surface {surface:?}");
             return Err(self.source.error(here.clone(), message));
         }
+        let mut targets = self.file.targets.iter();
+        let named = targets.find(|target| target.name.value == name);
         let what = match (text(columns.surface), text(columns.share)) {
             (Some(surface), Some(share)) => What::On(placed(surface), number(share)?),
             (Some(surface), None) if own.is_empty() => What::OverSurface(placed(surface)),
             (Some(surface), None) => What::Spot(placed(surface), Placed::flag(FLAG, own)),
-            (None, _) if own.is_empty() => {
-                let mut all = self.file.targets.iter();
-                let Some(target) = all.find(|target| target.name.value == name) else {
+            (None, _) if own.is_empty() || named.is_some() => {
+                let Some(target) = named else {
                     let message = format!(
                         "a row without coordinates is that of a target, and the problem has none named {name:?}"
                     );

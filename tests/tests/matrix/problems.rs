@@ -2,7 +2,7 @@
 
 use fredholm_cube::model;
 
-use fredholm_tests::circle::{self, FURNACE, LIGHT};
+use fredholm_tests::circle::{self, LIGHT};
 use fredholm_tests::scene::{self, Place};
 use fredholm_tests::toy::Toy;
 use fredholm_tests::{Report, cube, examine_both, room};
@@ -14,15 +14,10 @@ pub(crate) type Entry = (&'static str, fn(u64) -> Report);
 #[rustfmt::skip]
 const EVERY_DAY: &[Entry] = &[
     ("toy that leaves, degree 1", |seed| toy::<2>(5, 0.1, seed)),
-    ("toy, constant, degree 1", |seed| constant_toy::<2>(7, seed)),
     ("circle, n = 35", |seed| circle::examined::<1>(35, LIGHT, seed)),
-    ("circle, furnace, n = 20", |seed| circle::examined::<1>(20, FURNACE, seed)),
-    ("circle, degree 2, n = 20", |seed| circle::examined::<3>(20, LIGHT, seed)),
     ("circle, degree 1, three colours, n = 20", |seed| circle::examined_in_colours::<2>(20, LIGHT, seed)),
     ("circle, n = 100,000, masses", |seed| circle::examined_masses(100_000, seed)),
     ("cube, d = 1, s t^2", |seed| cube::examined::<1>(model::quadratic(0.6), 10, 4, seed)),
-    ("cube, d = 1, furnace", |seed| cube::examined_furnace::<1>(model::cosine(1.0), 10, 10, seed)),
-    ("cube, d = 2, |s - t|", |seed| cube::examined::<2>(model::distance(1, 0.75), 3, 4, seed)),
     ("cube, d = 3, degree 1", |seed| cube::examined_at::<3, 4>(model::quadratic(0.6), 2, 5, 1e-7, seed)),
     ("room, square", |seed| room::examined(&room::square(), 24, 1e-6, seed)),
     ("room, grey bodies", |seed| room::examined(&room::furnace(), 20, 1e-2, seed)),
@@ -34,6 +29,11 @@ const EVERY_DAY: &[Entry] = &[
 #[cfg(feature = "long")]
 #[rustfmt::skip]
 const FURTHER: &[Entry] = &[
+    ("toy, constant, degree 1", |seed| constant_toy::<2>(7, seed)),
+    ("circle, furnace, n = 20", |seed| circle::examined::<1>(20, circle::FURNACE, seed)),
+    ("circle, degree 2, n = 20", |seed| circle::examined::<3>(20, LIGHT, seed)),
+    ("cube, d = 1, furnace", |seed| cube::examined_furnace::<1>(model::cosine(1.0), 10, 10, seed)),
+    ("cube, d = 2, |s - t|", |seed| cube::examined::<2>(model::distance(1, 0.75), 3, 4, seed)),
     ("toy, degree 0", |seed| toy::<1>(8, 0.0, seed)),
     ("cube, d = 1, degree 1", |seed| cube::examined_at::<1, 2>(model::rational(0.9), 10, 10, 1e-7, seed)),
     ("room, L-shaped", |seed| room::examined(&room::l_room(), 16, 1e-2, seed)),
@@ -46,7 +46,7 @@ const FURTHER: &[Entry] = &[
     ("circle, degree 1, n = 40", |seed| circle::examined::<2>(40, LIGHT, seed)),
     ("circle, degree 3, n = 20", |seed| circle::examined::<4>(20, LIGHT, seed)),
     ("circle, degree 4, n = 15", |seed| circle::examined::<5>(15, LIGHT, seed)),
-    ("circle, degree 4, furnace, n = 10", |seed| circle::examined::<5>(10, FURNACE, seed)),
+    ("circle, degree 4, furnace, n = 10", |seed| circle::examined::<5>(10, circle::FURNACE, seed)),
     ("circle, three colours, n = 10", |seed| circle::examined_in_colours::<1>(10, LIGHT, seed)),
     ("circle, n = 1,000,000, masses", |seed| circle::examined_masses(1_000_000, seed)),
     ("cube, d = 1, -s t^2", |seed| cube::examined::<1>(model::quadratic(-0.7), 10, 4, seed)),
@@ -114,6 +114,7 @@ fn toy<const B: usize>(cells: usize, leaving: f64, seed: u64) -> Report {
     examine_both::<_, _, B>(&narrow, &wide, seed)
 }
 
+#[cfg(feature = "long")]
 fn constant_toy<const B: usize>(cells: usize, seed: u64) -> Report {
     let narrow = Toy::<f32>::new(cells).constant();
     let wide = Toy::<f64>::new(cells).constant();

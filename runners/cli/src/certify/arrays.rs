@@ -178,8 +178,8 @@ fn axes(count: usize) -> Vec<String> {
     }
 }
 
-/// The columns of points and values. Rows with names are targets of the problem, or surfaces; points are the rows of a matrix `at` or
-/// `points`, or have an array for every coordinate; and where values have several axes, coordinates belong to these.
+/// The columns of points and values. Points are the rows of a matrix `at` or `points`, or have an array for every coordinate; rows without
+/// coordinates have the names of targets or surfaces. Where values have several axes, coordinates belong to these.
 fn of_archive(arrays: &BTreeMap<String, Array>) -> Result<Vec<Column>, String> {
     let numbers = |name: &str| match arrays.get(name) {
         Some(Array {
@@ -201,12 +201,13 @@ fn of_archive(arrays: &BTreeMap<String, Array>) -> Result<Vec<Column>, String> {
             fields: all.iter().map(|own| format!("{own:?}")).collect(),
             rounding: 0.0,
         });
-    } else if let Some((&[_, width], all)) = numbers("at").or_else(|| numbers("points")) {
+    }
+    if let Some((&[_, width], all)) = numbers("at").or_else(|| numbers("points")) {
         for (k, name) in axes(width).iter().enumerate() {
             let own: Vec<f64> = all.iter().skip(k).step_by(width).copied().collect();
             columns.push(Column::of_coordinates(name, &own));
         }
-    } else {
+    } else if columns.is_empty() {
         let all = [axes(3), axes(6)].concat();
         let own = all.iter().filter_map(|name| Some((name, numbers(name)?.1)));
         let own: Vec<(&String, &[f64])> = own.collect();
@@ -341,7 +342,10 @@ fn utf32(bytes: &[u8], letters: usize) -> Vec<String> {
             .filter_map(char::from_u32)
             .collect()
     };
-    bytes.chunks_exact((4 * letters).max(1)).map(text).collect()
+    bytes
+        .chunks_exact(letters.saturating_mul(4).max(1))
+        .map(text)
+        .collect()
 }
 
 fn latin(bytes: &[u8], letters: usize) -> Vec<String> {
@@ -529,6 +533,8 @@ impl MeshReader<'_> {
             4
         };
         let letters = |bytes: usize| bytes.div_ceil(3) * 4;
+        // Letters are more than bytes: no length that is meant is larger.
+        let length = |all: u64| usize::try_from(all).ok().filter(|n| *n < text.len());
         let head = |count: usize| {
             let all = STANDARD.decode(text.get(..letters(count * width))?).ok()?;
             let word = |own: &[u8]| {
@@ -541,18 +547,17 @@ impl MeshReader<'_> {
         let first = *head(1)?.first()?;
         match self.root.attribute("compressor") {
             None => {
-                let all =
-                    STANDARD.decode(text.get(..letters(width + usize::try_from(first).ok()?))?);
-                Some(all.ok()?.split_off(width))
+                let all = text.get(..letters(width + length(first)?))?;
+                Some(STANDARD.decode(all).ok()?.split_off(width))
             }
             Some("vtkZLibDataCompressor") => {
-                let blocks = usize::try_from(first)
-                    .ok()
-                    .filter(|blocks| *blocks < text.len())?;
+                let blocks = length(first)?;
                 let lengths = head(3 + blocks)?.split_off(3);
                 let from = letters((3 + blocks) * width);
-                let all: u64 = lengths.iter().sum();
-                let packed = text.get(from..from + letters(usize::try_from(all).ok()?))?;
+                let all = lengths
+                    .iter()
+                    .try_fold(0_u64, |all, own| all.checked_add(*own));
+                let packed = text.get(from..from + letters(length(all?)?))?;
                 let packed = STANDARD.decode(packed).ok()?;
                 let (mut rest, mut bytes) = (packed.as_slice(), Vec::new());
                 for length in lengths {
@@ -566,6 +571,65 @@ impl MeshReader<'_> {
                 Some(bytes)
             }
             Some(_) => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use fredholm_file::npz::Archive;
+    use fredholm_plot::{Cell, Mesh, Quantity};
+
+    use super::{archive, mesh, of_archive};
+
+    /// Whatever bytes and letters are broken, a file is read or refused.
+    #[test]
+    fn broken_files_are_refused() {
+        let mut written = Archive::default();
+        let values = [0.0, 0.5, 1.0, 2.0];
+        written.numbers("x", &[4], values.iter()).unwrap();
+        written.numbers("u", &[4], values.iter()).unwrap();
+        let names = values.map(|x| x.to_string());
+        written.texts("name", &names).unwrap();
+        let drawn = Mesh {
+            points: values.map(|x| [x, 0.0, 0.0]).to_vec(),
+            cells: vec![Cell::Line([0, 1]), Cell::Line([2, 3])],
+            on_points: Vec::new(),
+            on_cells: vec![Quantity {
+                name: "u".to_owned(),
+                numbers: vec![1.0, 2.0],
+            }],
+        };
+        let npz = |bytes: &[u8]| {
+            archive(bytes)
+                .and_then(|arrays| of_archive(&arrays))
+                .is_ok()
+        };
+        let vtu = |bytes: &[u8]| mesh(bytes, 1).is_ok();
+        let files = [
+            (written.finish().unwrap(), &npz as &dyn Fn(&[u8]) -> bool),
+            (drawn.vtu().unwrap().into_bytes(), &vtu),
+        ];
+        let mut state = 1_u64;
+        let mut draw = |below: usize| {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            (state >> 33) as usize % below
+        };
+        for (file, is_read) in files {
+            assert!(is_read(&file));
+            let mut refused = 0;
+            for _ in 0..2000 {
+                let mut broken = file.clone();
+                for _ in 0..=draw(3) {
+                    let at = draw(broken.len());
+                    broken[at] = draw(128) as u8;
+                }
+                broken.truncate(file.len() - draw(2) * draw(file.len()));
+                refused += usize::from(!is_read(&broken));
+            }
+            assert!(refused > 500, "{refused}");
         }
     }
 }

@@ -256,7 +256,7 @@ fn temperatures_have_units() {
 fn a_remark_is_made_once() {
     let side = |from: [f64; 2], to: [f64; 2]| {
         format!(
-            "[[problem.surface]]\npoints = [{from:?}, {to:?}]\nreflectance = 0.5\nemission = -1\n"
+            "[[problem.surface]]\nname = '{from:?}'\npoints = [{from:?}, {to:?}]\nreflectance = 0.5\nemission = -1\n"
         )
     };
     let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
@@ -268,7 +268,7 @@ fn a_remark_is_made_once() {
     let ran = ran.warning(
         0,
         &[
-            "problem.toml:6: this emission is negative",
+            "problem.toml:7: this emission is negative",
             "the first of 4 such surfaces",
         ],
     );

@@ -28,7 +28,7 @@ impl Certificate {
         if self.rounding > 0.0 {
             text += &format!(
                 "given values are rounded to {}, which is no error\n",
-                2.0 * self.rounding
+                short(2.0 * self.rounding)
             );
         }
         let (targets, others) = self.values.split_at(self.targets);
