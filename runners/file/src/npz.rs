@@ -1,25 +1,25 @@
 //! Arrays in NumPy's format: an uncompressed ZIP archive with a `.npy` file for each.
-//!
-//! Crates that write archives bring in compression, encryption and macros, which take the compiler longer than all of
-//! the program's own commands. What is not compressed needs a checksum and three records for each file.
 
-use crc::{CRC_32_ISO_HDLC, Crc};
+use std::io::{Cursor, Write as _};
+
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, DateTime, ZipWriter};
 
 use crate::InputError;
 
-const CHECKSUM: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
-
-/// The first day that the format has, 1 January 1980: results do not depend on the clock.
-const DAY: u16 = 0x21;
-
 /// The arrays of an archive.
-#[derive(Debug, Default)]
-pub struct Archive {
-    /// Records and contents of the files.
-    bytes: Vec<u8>,
-    /// The records that end the archive.
-    directory: Vec<u8>,
-    files: u16,
+pub struct Archive(ZipWriter<Cursor<Vec<u8>>>);
+
+impl Default for Archive {
+    fn default() -> Self {
+        Self(ZipWriter::new(Cursor::default()))
+    }
+}
+
+impl core::fmt::Debug for Archive {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Archive").finish_non_exhaustive()
+    }
 }
 
 impl Archive {
@@ -83,110 +83,54 @@ impl Archive {
         file.extend((length as u16).to_le_bytes());
         file.extend(format!("{about:<0$}\n", length - 1).bytes());
         file.extend(content);
-        self.store(&format!("{name}.npy"), &file)
-    }
-
-    /// Adds a file (PKWARE's APPNOTE, sections 4.3.7 and 4.3.12).
-    fn store(&mut self, name: &str, file: &[u8]) -> Result<(), InputError> {
         let too_large = |_| {
             InputError::new("an .npz file has less than 4 GiB: write the factors to a .csv file")
         };
-        let size = u32::try_from(file.len()).map_err(too_large)?;
-        let offset = u32::try_from(self.bytes.len()).map_err(too_large)?;
-        // Version 2.0, no flags, not compressed, when, checksum, sizes, and the lengths of name and nothing else.
-        let mut record = Vec::new();
-        for number in [20, 0, 0, 0, DAY] {
-            record.extend(number.to_le_bytes());
-        }
-        for number in [CHECKSUM.checksum(file), size, size] {
-            record.extend(number.to_le_bytes());
-        }
-        record.extend((name.len() as u16).to_le_bytes());
-        record.extend([0, 0]);
-        self.bytes.extend(b"PK\x03\x04");
-        self.bytes.extend(&record);
-        self.bytes.extend(name.bytes());
-        self.bytes.extend(file);
-        self.directory.extend(b"PK\x01\x02\x14\x00");
-        self.directory.extend(record);
-        // No comment, on the first disk, no attributes.
-        self.directory.extend([0; 10]);
-        self.directory.extend(offset.to_le_bytes());
-        self.directory.extend(name.bytes());
-        self.files += 1;
-        Ok(())
+        // Results do not depend on the clock.
+        let options = SimpleFileOptions::default()
+            .compression_method(CompressionMethod::Stored)
+            .last_modified_time(DateTime::default());
+        let begun = self.0.start_file(format!("{name}.npy"), options);
+        begun.map_err(InputError::new)?;
+        self.0.write_all(&file).map_err(too_large)
     }
 
-    /// The archive, with its end (section 4.3.16).
-    pub fn finish(mut self) -> Result<Vec<u8>, InputError> {
-        let offset = u32::try_from(self.bytes.len()).map_err(InputError::new)?;
-        let size = self.directory.len() as u32;
-        self.bytes.append(&mut self.directory);
-        self.bytes.extend(b"PK\x05\x06\0\0\0\0");
-        for _ in 0..2 {
-            self.bytes.extend(self.files.to_le_bytes());
-        }
-        self.bytes.extend(size.to_le_bytes());
-        self.bytes.extend(offset.to_le_bytes());
-        self.bytes.extend([0, 0]);
-        Ok(self.bytes)
+    /// The archive.
+    pub fn finish(self) -> Result<Vec<u8>, InputError> {
+        Ok(self.0.finish().map_err(InputError::new)?.into_inner())
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::io::{Cursor, Read as _};
+
     use super::Archive;
 
-    /// The places of files are where the directory says, and numbers begin where the head of an array says.
+    /// Numbers begin where the head of an array says, at a multiple of 64.
     #[test]
-    fn an_archive_is_read_as_the_format_says() {
+    fn arrays_are_as_the_format_says() {
         let mut archive = Archive::default();
         let numbers = [1.0, -2.5, 3.0, 0.0, 1e-300, 6.0];
         archive.numbers("a", &[2, 3], numbers.iter()).unwrap();
-        archive
-            .texts("b", &["x".to_owned(), "äöü".to_owned()])
-            .unwrap();
+        let texts = ["x".to_owned(), "äöü".to_owned()];
+        archive.texts("b", &texts).unwrap();
         let bytes = archive.finish().unwrap();
-        let u16_at = |k: usize| usize::from(u16::from_le_bytes([bytes[k], bytes[k + 1]]));
-        let u32_at = |k: usize| u16_at(k) + 65_536 * u16_at(k + 2);
-        let end = bytes.len() - 22;
-        assert_eq!(&bytes[end..end + 4], b"PK\x05\x06");
-        assert_eq!((u16_at(end + 8), u16_at(end + 10)), (2, 2));
-        let mut at = u32_at(end + 16);
-        assert_eq!(at + u32_at(end + 12), end);
-        for (name, about, content) in [
-            (
-                "a.npy",
-                "{'descr': '<f8', 'fortran_order': False, 'shape': (2, 3, ), }",
-                48,
-            ),
-            (
-                "b.npy",
-                "{'descr': '<U3', 'fortran_order': False, 'shape': (2, ), }",
-                24,
-            ),
-        ] {
-            assert_eq!(&bytes[at..at + 4], b"PK\x01\x02");
-            let (size, place) = (u32_at(at + 20), u32_at(at + 42));
-            assert_eq!(&bytes[at + 46..at + 46 + u16_at(at + 28)], name.as_bytes());
-            assert_eq!(&bytes[place..place + 4], b"PK\x03\x04");
-            assert_eq!(bytes[place + 4..place + 30], bytes[at + 6..at + 32]);
-            let file = &bytes[place + 30 + name.len()..][..size];
+        let mut read = zip::ZipArchive::new(Cursor::new(bytes)).unwrap();
+        let mut file = |name: &str, about: &str| {
+            let mut file = Vec::new();
+            read.by_name(name).unwrap().read_to_end(&mut file).unwrap();
             assert_eq!(&file[..8], b"\x93NUMPY\x01\x00");
             let head = 10 + usize::from(u16::from_le_bytes([file[8], file[9]]));
-            assert_eq!(
-                (head % 64, file[head - 1], file.len() - head),
-                (0, b'\n', content)
-            );
-            let text = String::from_utf8(file[10..head].to_vec()).unwrap();
+            assert_eq!((head % 64, file[head - 1]), (0, b'\n'));
+            let text = core::str::from_utf8(&file[10..head]).unwrap();
             assert_eq!(text.trim_end(), about);
-            if name == "a.npy" {
-                let first: Vec<u8> = numbers.iter().flat_map(|x| x.to_le_bytes()).collect();
-                assert_eq!(&file[head..], first);
-            }
-            at += 46 + name.len();
-        }
-        // The check value of this checksum: "123456789".
-        assert_eq!(super::CHECKSUM.checksum(b"123456789"), 0xcbf4_3926);
+            file.split_off(head)
+        };
+        let about = "{'descr': '<f8', 'fortran_order': False, 'shape': (2, 3, ), }";
+        let all: Vec<u8> = numbers.iter().flat_map(|x| x.to_le_bytes()).collect();
+        assert_eq!(file("a.npy", about), all);
+        let about = "{'descr': '<U3', 'fortran_order': False, 'shape': (2, ), }";
+        assert_eq!(file("b.npy", about).len(), 24);
     }
 }
