@@ -2,23 +2,38 @@
 
 use core::time::Duration;
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
 use fredholm::{Choices, Estimator, Form, Pairs, Scalar, Sequence};
 use fredholm_file::parts::Share;
-use fredholm_file::{KINDS, ProblemFile, SetByFlag as _, Walk};
+use fredholm_file::{ProblemFile, SetByFlag as _, Walk};
 
 use crate::failure::Failure;
+use crate::init::names;
 use crate::solve::time_limit;
+
+/// The version, the commit if this is known of a release, and the version of results.
+fn version() -> &'static str {
+    static VERSION: LazyLock<String> = LazyLock::new(|| {
+        let commit = match env!("FREDHOLM_COMMIT") {
+            "" => String::new(),
+            commit => format!("commit {commit}, "),
+        };
+        let (own, values) = (env!("CARGO_PKG_VERSION"), fredholm::VALUE_VERSION);
+        format!("{own} ({commit}version {values} of results)")
+    });
+    &VERSION
+}
 
 /// Solves Fredholm integral equations u = T_K u + F of the second kind by random walks whose
 /// variance is reduced by a neighbour equation. Results are unbiased and carry an error bar.
 #[derive(Debug, Parser)]
 #[command(
     name = "fredholm",
-    version,
+    version = version(),
     about,
     long_about = None,
     after_help = "\
@@ -161,10 +176,13 @@ a size that depends on random choices which were not printed, if it is within th
 table states. Exit status: 0 if all agree, 1 if not, 130 interrupted (what was finished is printed).")]
     Verify(Common),
     /// Print a commented problem file
+    #[command(after_help = "\
+  fredholm init cube > a.toml                a file of this kind, to be changed
+  fredholm init satellite.toml | fredholm solve /dev/stdin")]
     Init {
-        /// The kind of problem
-        #[arg(value_parser = kinds())]
-        kind: String,
+        /// A kind of problem, or an example
+        #[arg(value_parser = beginnings())]
+        name: String,
     },
     /// Print the manual page of the program, or write those of all commands into a folder
     #[command(after_help = "\
@@ -634,11 +652,9 @@ pub(crate) struct MergeArgs {
     pub(crate) out: Option<PathBuf>,
 }
 
-/// The words of the kinds of problems, with what each is.
-fn kinds() -> PossibleValuesParser {
-    let values = KINDS
-        .iter()
-        .map(|kind| PossibleValue::new(kind.word).help(kind.about));
+/// What a problem file may begin with: kinds and examples, with what each is.
+fn beginnings() -> PossibleValuesParser {
+    let values = names().map(|(name, about)| PossibleValue::new(name).help(about));
     PossibleValuesParser::new(values)
 }
 

@@ -13,6 +13,7 @@ mod factors;
 mod failure;
 mod fit;
 mod global;
+mod init;
 mod merge;
 mod paper;
 mod progress;
@@ -33,7 +34,7 @@ use args::{Cli, Command};
 use clap::{CommandFactory, Parser};
 use failure::Ended;
 use fredholm::numbers;
-use fredholm_file::{self as file, KINDS, deck};
+use fredholm_file::{self as file, deck};
 use fredholm_rayon::Crew;
 use progress::Signals;
 
@@ -104,12 +105,7 @@ fn run(command: &Command, process: Option<Process<'_>>) -> Result<Ended, Failure
         Command::Verify(args) => verify::verify(args, signals),
         Command::Check { file, out } => solve::check(file, out.as_deref(), signals),
         Command::Export(args) => export::export(args),
-        Command::Init { kind } => {
-            let entry = KINDS.iter().find(|entry| entry.word == kind);
-            // The command line lets no other word pass.
-            failure::print(entry.map_or("", |entry| entry.template))?;
-            Ok(Ended::Done)
-        }
+        Command::Init { name } => init::init(name),
         Command::Man {
             folder: Some(folder),
         } => {

@@ -76,14 +76,26 @@ fn help_names_the_commands() {
         assert!(help.contains(flag), "{flag}: {help}");
     }
     let version = fredholm(&["--version"]).quietly(0).stdout;
-    assert_eq!(
-        version,
-        concat!("fredholm ", env!("CARGO_PKG_VERSION"), "\n")
-    );
+    // Behind it the commit of a release, and the version of results.
+    let own = concat!("fredholm ", env!("CARGO_PKG_VERSION"), " (");
+    assert!(version.starts_with(own), "{version}");
+    let values = format!("version {} of results)\n", fredholm::VALUE_VERSION);
+    assert!(version.ends_with(&values), "{version}");
     // Without a command, help is what is wanted, and the status still says that nothing was done.
     let none = fredholm(&[]);
     assert_eq!((none.status, none.stdout.as_str()), (Some(2), ""));
     assert!(none.stderr.contains("Usage: fredholm"));
+}
+
+#[test]
+fn examples_are_printed_with_what_they_read() {
+    let folder = Folder::new();
+    let print = |name: &str| fredholm(&["init", name]);
+    let room = print("living-room.toml");
+    assert!(room.stderr.contains("`fredholm init living-room.obj` prints"));
+    let file = folder.file("living-room.toml", &room.stdout);
+    folder.file("living-room.obj", &print("living-room.obj").quietly(0).stdout);
+    fredholm(&["check", &file]).quietly(0);
 }
 
 #[test]
