@@ -58,10 +58,13 @@ fn term(p: Edge, q: Edge, blur: f64, rules: &Rules) -> f64 {
     if norm(cross(u, v)) <= Real::max(PARALLEL, 2.0 * blur / length) {
         let far = q.iter().flat_map(|&x| p.map(|y| norm(sub(x, y))));
         let farthest = far.fold(0.0, |m: f64, x| Real::max(m, x));
-        return if length * UNEVEN > farthest {
-            parallel(p, u, lu, q)
-        } else {
+        return if length * UNEVEN <= farthest {
             cosine * by_points(short, length, long, &to_ends, rules, HALVINGS)
+        } else if lu <= lv {
+            // The longer one knows the direction better.
+            parallel(q, v, lv, p)
+        } else {
+            parallel(p, u, lu, q)
         };
     }
     for (i, at) in p.iter().enumerate() {

@@ -2,7 +2,8 @@
 //!
 //! People draw a cupboard on a floor that goes on below it, houses in a row each with all of its walls, walls that end below the
 //! floor. A part of a face on which a solid stands looks into the solid: rays from it meet backs. So faces are cut along the edges
-//! that lie in them, and each part is judged by rays. In an open scene a part leaves if all that it sees are backs, and parts that leave; in a closed one
+//! that lie in them, and each part is judged by rays. In an open scene a part leaves if all that it sees are backs, and parts that leave,
+//! and what these see together are backs often enough; in a closed one
 //! if it sees backs or nothing at all, and the rest must be closed. What lies face to face with a part that leaves, leaves with it.
 //! Of two polygons on the same side of one plane, such as a window that is drawn on a wall, the surface with less area there stays.
 
@@ -10,7 +11,7 @@ use alloc::vec::Vec;
 
 use fredholm_core::Real;
 use fredholm_core::array::from_fn;
-use fredholm_surfaces::Enclosure;
+use fredholm_surfaces::{Enclosure, Forest};
 
 use crate::geometry::{Face, Node};
 use crate::radiosity::Radiosity;
@@ -209,7 +210,7 @@ pub(crate) fn cut(scene: &Scene, contacts: &Contacts, touch: f64) -> Option<Piec
             parts: parts(own, lines, touch),
         });
     }
-    judge(scene, &mut cuts);
+    judge(scene, &mut cuts, touch);
     leave_together(scene, &mut cuts, &contacts.opposite);
     follow(scene, &mut cuts, touch);
     let is_drawn_over = draw_over(scene, &mut cuts, &contacts.same, touch);
@@ -350,6 +351,12 @@ const RAYS: u32 = 24;
 /// In a closed scene a part is no part of the room if more than this share of its rays meets a back or nothing.
 const STRAY: f64 = 0.05;
 
+/// In an open scene parts that see nothing but each other and backs are in a solid if more than this share of their rays meets backs.
+const BACKS: f64 = 0.02;
+
+/// The number of a part's rays that may pass through the cracks between vertices that were rounded.
+const LEAKS: usize = 1;
+
 /// What rays from a part of a face meet.
 #[derive(Clone, Debug, Default)]
 struct View {
@@ -394,22 +401,30 @@ impl View {
     }
 
     /// Whether what has this view leaves with the parts of `cuts` that do.
-    fn is_covered(&self, scene: &Scene, cuts: &[Cut]) -> bool {
+    fn is_covered(&self, scene: &Scene, cuts: &[Cut], touch: f64) -> bool {
         match scene.enclosure() {
             Enclosure::Closed => self.is_astray(),
             Enclosure::Open => {
-                let leaves = |&(face, at): &(u32, Vector<f64>)| {
-                    let part = part_at(scene, cuts, face, at);
-                    part.is_some_and(|[c, p]| cuts[c].parts[p].by.is_some())
-                };
-                self.has_backs() && self.fronts.iter().all(leaves)
+                self.has_backs()
+                    && self.leaks(|face, at| leaves(scene, cuts, face, at, touch)) <= LEAKS
             }
         }
     }
 
+    /// The number of rays that meet nothing, or fronts that stay.
+    fn leaks(&self, leaves: impl Fn(u32, Vector<f64>) -> bool) -> usize {
+        let stay = self.fronts.iter().filter(|&&(face, at)| !leaves(face, at));
+        self.misses + stay.count()
+    }
+
+    /// Whether nothing of it is far away.
+    const fn is_inside(&self) -> bool {
+        self.misses <= LEAKS
+    }
+
     /// Whether nothing of it is far away, and something of it is a back: where solids crowd each other most of it are fronts.
-    fn has_backs(&self) -> bool {
-        self.misses == 0 && !self.backs.is_empty()
+    const fn has_backs(&self) -> bool {
+        self.is_inside() && !self.backs.is_empty()
     }
 
     /// The surface most of whose backs are seen.
@@ -461,8 +476,8 @@ fn look_inside(scene: &Scene, cuts: &mut Vec<Cut>, views: &mut Vec<Vec<View>>) {
 }
 
 /// Says which parts are covered. In an open scene that is what sees nothing but backs and parts that are covered as well: the largest
-/// such set, as houses in a row see each other's walls.
-fn judge(scene: &Scene, cuts: &mut Vec<Cut>) {
+/// such set, as houses in a row see each other's walls, without those that hardly see a back.
+fn judge(scene: &Scene, cuts: &mut Vec<Cut>, touch: f64) {
     let mut views: Vec<Vec<View>> = Vec::with_capacity(cuts.len());
     for cut in cuts.iter() {
         let parts = cut.parts.iter();
@@ -475,17 +490,17 @@ fn judge(scene: &Scene, cuts: &mut Vec<Cut>) {
     if scene.enclosure() == Enclosure::Open {
         look_inside(scene, cuts, &mut views);
     }
-    let mut open: Vec<(usize, usize)> = Vec::new();
+    let mut open: Vec<[usize; 2]> = Vec::new();
     for (c, parts) in views.iter().enumerate() {
         for (p, view) in parts.iter().enumerate() {
             let is_covered = match scene.enclosure() {
                 Enclosure::Closed => view.is_astray(),
-                Enclosure::Open => view.has_backs(),
+                Enclosure::Open => view.is_inside(),
             };
             if is_covered {
                 let own = scene.place_of(cuts[c].face).surface;
                 cuts[c].parts[p].by = Some(view.covering().unwrap_or(own));
-                open.push((c, p));
+                open.push([c, p]);
             }
         }
     }
@@ -493,19 +508,44 @@ fn judge(scene: &Scene, cuts: &mut Vec<Cut>) {
         return;
     }
     loop {
-        let sees_more = |&(c, p): &(usize, usize)| {
-            views[c][p].fronts.iter().any(|&(face, at)| {
-                let part = part_at(scene, cuts, face, at);
-                part.is_none_or(|[c, p]| cuts[c].parts[p].by.is_none())
-            })
+        let before = open.len();
+        let is_seeing = |&[c, p]: &[usize; 2]| {
+            views[c][p].leaks(|face, at| leaves(scene, cuts, face, at, touch)) > LEAKS
         };
-        let seeing: Vec<(usize, usize)> = open.iter().copied().filter(sees_more).collect();
-        if seeing.is_empty() {
-            return;
-        }
-        for (c, p) in seeing {
+        let (seeing, rest) = open.iter().partition(|own| is_seeing(own));
+        let seeing: Vec<[usize; 2]> = seeing;
+        open = rest;
+        for [c, p] in seeing {
             cuts[c].parts[p].by = None;
-            open.retain(|own| *own != (c, p));
+        }
+        if open.len() == before {
+            break;
+        }
+    }
+    // Those that see each other, but for leaks.
+    let mut rooms = Forest::new(open.len());
+    for (k, &[c, p]) in (0..).zip(&open) {
+        let met = views[c][p].fronts.iter();
+        let met = met.filter_map(|&(face, at)| part_at(scene, cuts, face, at));
+        let mut met: Vec<u32> = met
+            .filter_map(|part| open.binary_search(&part).ok())
+            .map(|at| at as u32)
+            .collect();
+        met.sort_unstable();
+        for run in met.chunk_by(|a, b| a == b).filter(|run| run.len() > LEAKS) {
+            rooms.unite(k, run[0]);
+        }
+    }
+    let mut rays = alloc::vec![[0, 0]; open.len()];
+    for (k, &[c, p]) in (0..).zip(&open) {
+        let sums = &mut rays[rooms.root(k) as usize];
+        let view = &views[c][p];
+        *sums = [sums[0] + view.backs.len(), sums[1] + view.rays];
+    }
+    for (k, &[c, p]) in (0..).zip(&open) {
+        let [backs, all] = rays[rooms.root(k) as usize];
+        if backs as f64 <= BACKS * all as f64 {
+            cuts[c].parts[p].by = None;
         }
     }
 }
@@ -528,18 +568,37 @@ fn holds(points: &[Vector<f64>], normal: Vector<f64>, at: Vector<f64>) -> bool {
     ring(points).all(|[a, b]| dot(cross(normal, sub(b, a)), sub(at, a)) >= 0.0)
 }
 
+/// The parts of a face, by numbers of cuts and parts, and how far inside of each a point is.
+fn depths(
+    scene: &Scene,
+    cuts: &[Cut],
+    number: u32,
+    at: Vector<f64>,
+) -> impl Iterator<Item = ([usize; 2], f64)> {
+    let cut = cuts.binary_search_by_key(&number, |cut| cut.face).ok();
+    let found = cut.and_then(|k| Some((k, cuts.get(k)?, scene.faces.get(number as usize)?.normal)));
+    found.into_iter().flat_map(move |(k, cut, normal)| {
+        cut.parts.iter().enumerate().map(move |(p, part)| {
+            let depths =
+                ring(&part.points).map(|[a, b]| dot(unit(cross(normal, sub(b, a))), sub(at, a)));
+            (
+                [k, p],
+                depths.fold(f64::INFINITY, |least: f64, d| least.min(d)),
+            )
+        })
+    })
+}
+
 /// The part of a face in which a point is, or to which it is nearest.
 fn part_at(scene: &Scene, cuts: &[Cut], number: u32, at: Vector<f64>) -> Option<[usize; 2]> {
-    let cut = cuts.binary_search_by_key(&number, |cut| cut.face).ok()?;
-    let normal = scene.faces.get(number as usize)?.normal;
-    let depth = |part: &Part| {
-        let depths =
-            ring(&part.points).map(|[a, b]| dot(unit(cross(normal, sub(b, a))), sub(at, a)));
-        depths.fold(f64::INFINITY, |least: f64, d| least.min(d))
-    };
-    let parts = cuts.get(cut)?.parts.iter().enumerate();
-    let nearest = parts.max_by(|a, b| depth(a.1).total_cmp(&depth(b.1)));
-    nearest.map(|(part, _)| [cut, part])
+    let nearest = depths(scene, cuts, number, at).max_by(|a, b| a.1.total_cmp(&b.1));
+    nearest.map(|(part, _)| part)
+}
+
+/// Whether a point of a face is in a part that leaves, or on the outline of one.
+fn leaves(scene: &Scene, cuts: &[Cut], number: u32, at: Vector<f64>, touch: f64) -> bool {
+    let mut parts = depths(scene, cuts, number, at).filter(|(_, depth)| *depth >= -touch);
+    parts.any(|([c, p], _)| cuts[c].parts[p].by.is_some())
 }
 
 /// Faces that are covered wholly and have an edge in common with what leaves, leave as well: the bottom of a box that reaches through a
@@ -579,7 +638,7 @@ fn follow(scene: &Scene, cuts: &mut Vec<Cut>, touch: f64) {
                 *done = true;
                 let points = face.polygon().to_vec();
                 let view = View::of(scene, number, &points);
-                if view.is_covered(scene, cuts) {
+                if view.is_covered(scene, cuts, touch) {
                     open.push(points.clone());
                     let own = scene.place_of(number).surface;
                     let by = Some(view.covering().unwrap_or(own));

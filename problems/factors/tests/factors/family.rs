@@ -2,7 +2,7 @@
 //! bodies; turned, far from the origin, and rounded to single precision or six decimals. Exact factors agree with rays and with those of
 //! the scene before it was rounded, and what leaves a face arrives somewhere.
 //!
-//! Eight scenes; with FREDHOLM_LONG in the environment 500.
+//! Eight scenes; with FREDHOLM_LONG in the environment 500; FREDHOLM_FAMILY="400+100" has others.
 
 use fredholm_factors::{
     Groups, RAYS_OF_BLOCK, RayCounts, Rays, Sights, Sky, SkyFactors, scene_factors,
@@ -243,7 +243,9 @@ struct Worst {
 impl Worst {
     fn check(&mut self, is_right: bool, fault: impl FnOnce() -> String) {
         if !is_right {
-            self.faults.push(fault());
+            let fault = fault();
+            println!("{fault}");
+            self.faults.push(fault);
         }
     }
 
@@ -344,15 +346,28 @@ impl Worst {
     }
 }
 
+/// The members that are looked at: the first ones, or what FREDHOLM_FAMILY says.
+fn members(short: u64, long: u64) -> core::ops::Range<u64> {
+    let asked = std::env::var("FREDHOLM_FAMILY").ok();
+    let asked = asked.map(|text| {
+        let (first, count) = text.split_once('+').expect("first+count");
+        [first, count].map(|number| number.parse::<u64>().expect("numbers"))
+    });
+    match asked {
+        Some([first, count]) => first..first + count,
+        None => 0..if is_long() { long } else { short },
+    }
+}
+
 #[test]
 fn scenes_as_people_have_them() {
-    let count = if is_long() { 500 } else { 8 };
     let mut worst = Worst::default();
-    for seed in 0..count {
+    let all = members(8, 500);
+    for seed in all.clone() {
         worst.look(seed);
     }
     println!(
-        "{count} scenes: rays z < {:.2}, row sums off by {:.1e}, from the clean scene by {:.1e}, work at most {:.1} times the clean \
+        "{all:?}: rays z < {:.2}, row sums off by {:.1e}, from the clean scene by {:.1e}, work at most {:.1} times the clean \
          one's",
         worst.z, worst.off, worst.moved, worst.slower
     );
@@ -363,13 +378,15 @@ fn scenes_as_people_have_them() {
 /// with FREDHOLM_LONG in the environment, else 20.
 #[test]
 fn one_temperature_gives_no_heat() {
-    let count = if is_long() { 200 } else { 20 };
+    let all = members(20, 200);
+    let mut faults: Vec<String> = Vec::new();
     // σT⁴ at 300 K, in W/m².
     let emitted = 5.670_374_419e-8 * 300.0_f64.powi(4);
     let (mut worst, mut rays_cast, mut rays_lost) = (0.0_f64, 0, 0);
-    for seed in 0..count {
-        // Towns only.
-        let scene = open(&case(10_000 + 4 * seed + seed % 2).placed);
+    // Towns only; and one where a ray slips through a crack between rounded vertices, one where parts in a solid see no back.
+    let towns = all.clone().map(|seed| 10_000 + 4 * seed + seed % 2);
+    for seed in towns.chain([10_549, 473]) {
+        let scene = open(&case(seed).placed);
         let groups = scene.surfaces();
         let faces = 0..scene.faces().len();
         let group_of: Vec<usize> = faces.map(|f| scene.place(f).unwrap().surface).collect();
@@ -383,16 +400,17 @@ fn one_temperature_gives_no_heat() {
             rays_cast += counts.rays;
             rays_lost += lost;
             worst = worst.max(emitted * lost as f64 / counts.rays as f64);
-            assert!(
-                lost <= 2,
-                "{seed} {i}: {lost} of {} rays meet backs",
-                counts.rays
-            );
+            if lost > 2 {
+                let fault = format!("{seed} {i}: {lost} of {} rays meet backs", counts.rays);
+                println!("{fault}");
+                faults.push(fault);
+            }
         }
     }
     println!(
-        "{count} towns at 300 K: {rays_lost} of {rays_cast} rays are lost, at most {worst:.3} W/m² of {emitted:.1}"
+        "{all:?}, towns at 300 K: {rays_lost} of {rays_cast} rays are lost, at most {worst:.3} W/m² of {emitted:.1}"
     );
+    assert!(faults.is_empty(), "{faults:#?}");
     assert!(rays_lost * 100_000 <= rays_cast, "{rays_lost}");
 }
 

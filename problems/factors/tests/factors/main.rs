@@ -469,3 +469,30 @@ fn rows_of_blocks_that_touch_each_other_close() {
     }
     println!("largest difference of a row's sum from 1: {worst:e}");
 }
+
+/// A short edge on a long one says little of its direction where vertices were rounded.
+#[test]
+fn a_short_edge_on_a_long_one_has_the_direction_of_that() {
+    let side = 2e-3;
+    let wall = Polygon::Quad([[0.0; 3], [1.0, 0.0, 0.0], [1.0, 0.0, 1.0], [0.0, 0.0, 1.0]]);
+    let turn = rotation(&mut ChaCha8Rng::seed_from_u64(241));
+    for at in [0.05, 0.4, 0.9] {
+        let tile = [
+            [at, 0.0, 0.0],
+            [at, side, 0.0],
+            [at + side, side, 0.0],
+            [at + side, 0.0, 0.0],
+        ];
+        let both = [Polygon::Quad(tile), wall].map(|p| vec![shapes::reversed(&p)]);
+        let both = triangulated(&both.to_vec());
+        let rounded = map(&both, |p| turn(p).map(|x| (x * 1e6).round() / 1e6));
+        let [clean, off] = [both, rounded].map(|surfaces| {
+            let scene = open(&surfaces);
+            let f = scene_factors(&scene, 1e-5).unwrap();
+            (f.of_surfaces(&scene).unwrap().factor(0, 1), f.error())
+        });
+        println!("{at} {clean:?} {off:?}");
+        assert!((off.0 - clean.0).abs() < off.1, "{at}: {clean:?} {off:?}");
+        assert!(off.1 < 0.01);
+    }
+}
