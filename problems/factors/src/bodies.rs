@@ -55,6 +55,12 @@ impl Body {
         })
     }
 
+    /// A length that its distance from a point outside is not below.
+    pub(crate) fn distance(&self, from: Vector<f64>) -> f64 {
+        let heights = self.planes.iter().map(|plane| plane.height(from));
+        heights.fold(f64::NEG_INFINITY, |m: f64, h| m.max(h))
+    }
+
     /// Whether all of it is in front of a polygon.
     pub(crate) fn is_before(&self, sheet: Sheet<'_>, slack: f64) -> bool {
         let first = sheet.points.first().copied().unwrap_or_default();

@@ -2,6 +2,7 @@
 
 use alloc::vec::Vec;
 
+use fredholm_core::Real;
 use fredholm_core::array::from_fn;
 
 /// Writes the parts of a convex polygon of which `height` is not negative, and not positive. A part with fewer than three vertices
@@ -94,11 +95,56 @@ impl<const N: usize, T: Copy> Pieces<N, T> {
     }
 }
 
+/// A convex polygon among those of [`Rest`]: where its points are, and a ball that holds them. In space polygons are cones from the
+/// origin, and the ball is around their unit vectors.
+#[derive(Clone, Copy, Debug)]
+struct Held<const N: usize> {
+    from: usize,
+    to: usize,
+    middle: [f64; N],
+    radius: f64,
+}
+
+impl<const N: usize> Held<N> {
+    /// The polygon of the points from this place on.
+    fn new(points: &[[f64; N]], from: usize) -> Self {
+        let own = points.get(from..).unwrap_or(&[]);
+        let square = |p: [f64; N]| p.iter().map(|x| x * x).sum::<f64>();
+        let place = |p: [f64; N]| {
+            let scale = if N == 3 {
+                1.0 / Real::sqrt(square(p))
+            } else {
+                1.0
+            };
+            p.map(|x| scale * x)
+        };
+        let mut middle = [0.0; N];
+        for &p in own {
+            let p = place(p);
+            for k in 0..N {
+                middle[k] += p[k] / own.len() as f64;
+            }
+        }
+        let apart = |p: [f64; N]| {
+            let p = place(p);
+            square(from_fn(|k| p[k] - middle[k]))
+        };
+        let furthest = own.iter().fold(0.0, |m: f64, &p| Real::max(m, apart(p)));
+        Self {
+            from,
+            to: points.len(),
+            middle,
+            radius: Real::sqrt(furthest),
+        }
+    }
+}
+
 /// Convex polygons from which others are taken away, and buffers for that.
 #[derive(Clone, Debug)]
 pub(crate) struct Rest<const N: usize> {
-    pieces: Pieces<N, ()>,
-    next: Pieces<N, ()>,
+    points: Vec<[f64; N]>,
+    pieces: Vec<Held<N>>,
+    lengths: Vec<f64>,
     own: Vec<[f64; N]>,
     inside: Vec<[f64; N]>,
     outside: Vec<[f64; N]>,
@@ -107,8 +153,9 @@ pub(crate) struct Rest<const N: usize> {
 impl<const N: usize> Default for Rest<N> {
     fn default() -> Self {
         Self {
-            pieces: Pieces::default(),
-            next: Pieces::default(),
+            points: Vec::new(),
+            pieces: Vec::new(),
+            lengths: Vec::new(),
             own: Vec::new(),
             inside: Vec::new(),
             outside: Vec::new(),
@@ -119,48 +166,63 @@ impl<const N: usize> Default for Rest<N> {
 impl<const N: usize> Rest<N> {
     /// Makes it one polygon.
     pub(crate) fn begin(&mut self, polygon: &[[f64; N]]) {
+        self.points.clear();
         self.pieces.clear();
-        self.pieces.push(polygon, ());
+        if polygon.len() >= 3 {
+            self.points.extend_from_slice(polygon);
+            self.pieces.push(Held::new(&self.points, 0));
+        }
     }
 
     /// Whether nothing is left.
     pub(crate) const fn is_empty(&self) -> bool {
-        self.pieces.ends.is_empty()
+        self.pieces.is_empty()
     }
 
     /// What is left.
     pub(crate) fn each(&self) -> impl Iterator<Item = &[[f64; N]]> {
-        self.pieces.each().map(|(piece, ())| piece)
+        let pieces = self.pieces.iter();
+        pieces.filter_map(|own| self.points.get(own.from..own.to))
     }
 
-    /// Takes away what has no negative height over any of `halves`, and calls `taken` with it, piece by piece.
+    /// Takes away what has no negative height over any of `halves`, and calls `taken` with it, piece by piece. Heights are linear, with a
+    /// gradient of this length.
     pub(crate) fn take<H: Copy>(
         &mut self,
         halves: &[H],
         height: impl Fn(H, [f64; N]) -> f64,
+        length: impl Fn(H) -> f64,
         mut taken: impl FnMut(&[[f64; N]]),
     ) {
-        self.next.clear();
-        for (piece, ()) in self.pieces.each() {
-            let misses = |&half: &H| piece.iter().all(|&p| height(half, p) <= 0.0);
-            if halves.iter().any(misses) {
-                self.next.push(piece, ());
+        self.lengths.clear();
+        self.lengths.extend(halves.iter().map(|&half| length(half)));
+        let (mut kept, count) = (0, self.pieces.len());
+        for k in 0..count {
+            let piece = self.pieces[k];
+            let is_off = |(&half, length): (&H, &f64)| {
+                height(half, piece.middle) + length * piece.radius < 0.0
+            };
+            let own = self.points.get(piece.from..piece.to).unwrap_or(&[]);
+            let misses = |&half: &H| own.iter().all(|&p| height(half, p) <= 0.0);
+            if halves.iter().zip(&self.lengths).any(is_off) || halves.iter().any(misses) {
+                self.pieces[kept] = piece;
+                kept += 1;
                 continue;
             }
             self.own.clear();
-            self.own.extend_from_slice(piece);
+            self.own.extend_from_slice(own);
             for &half in halves {
-                cut(
-                    &self.own,
-                    |p| height(half, p),
-                    &mut self.inside,
-                    &mut self.outside,
-                );
-                self.next.push(&self.outside, ());
+                let height = |p| height(half, p);
+                cut(&self.own, height, &mut self.inside, &mut self.outside);
+                if self.outside.len() >= 3 {
+                    let from = self.points.len();
+                    self.points.extend_from_slice(&self.outside);
+                    self.pieces.push(Held::new(&self.points, from));
+                }
                 core::mem::swap(&mut self.own, &mut self.inside);
             }
             taken(&self.own);
         }
-        core::mem::swap(&mut self.pieces, &mut self.next);
+        self.pieces.drain(kept..count);
     }
 }

@@ -44,15 +44,17 @@ pub(crate) fn difference(view: &mut View, error: f64, rules: &Rules) -> Amount {
         density: Real::max(error / (scale * length), rounding),
         least: 0.0,
         near: Real::max(error / (scale * ENDS), rounding),
+        is_smooth: true,
         points: 0,
         sum: Amount::default(),
     };
     let places = edges.iter().map(|edge| events::places(work.view, edge));
-    let places: Vec<Vec<f64>> = places.collect();
-    let parts: usize = places.iter().map(|own| own.len() - 1).sum();
+    let places: Vec<events::Places> = places.collect();
+    let parts: usize = places.iter().map(|own| own.at.len() - 1).sum();
     work.least = work.density * length / parts.max(1) as f64;
     for (edge, places) in edges.iter().zip(&places) {
-        for part in places.windows(2) {
+        work.is_smooth = places.is_whole;
+        for part in places.at.windows(2) {
             work.add(edge, [part[0], part[1]], HALVINGS);
         }
     }
@@ -71,6 +73,8 @@ struct Work<'a> {
     least: f64,
     /// The error that is allowed for a piece close to a logarithm.
     near: f64,
+    /// Whether there are no kinks within the parts of the edge.
+    is_smooth: bool,
     points: usize,
     sum: Amount,
 }
@@ -124,6 +128,13 @@ impl Work<'_> {
         // More points do not help if they gain too little.
         if own.error > allowed && own.error < 1e6 * allowed {
             own = self.rule(edge, part, MOST);
+        }
+        // Coefficients do not tell of a kink that was not looked for: both halves do.
+        if !self.is_smooth && own.error <= allowed {
+            let halves = [[from, middle], [middle, to]].map(|half| self.rule(edge, half, FEW));
+            let sum = halves[0].value + halves[1].value;
+            own.error = Real::max(own.error, (sum - own.value).abs());
+            own.value = sum;
         }
         let is_coarse = own.error > allowed || near > self.near;
         if is_coarse && halvings > 0 && self.points < POINTS {

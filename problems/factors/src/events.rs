@@ -110,8 +110,16 @@ impl Line {
     }
 }
 
-/// The fractions of an edge, ascending from 0 to 1, between which the integrand is analytic.
-pub(crate) fn places(view: &View, edge: &Edge) -> Vec<f64> {
+/// The fractions of an edge, ascending from 0 to 1, between which the integrand is analytic, if all were looked for.
+#[derive(Clone, Debug)]
+pub(crate) struct Places {
+    pub(crate) at: Vec<f64>,
+    /// Whether places are known where three lines meet: these are kinks, which a rule's points do not tell of.
+    pub(crate) is_whole: bool,
+}
+
+/// Where the integrand along an edge has kinks.
+pub(crate) fn places(view: &View, edge: &Edge) -> Places {
     let mut places = Vec::from([0.0, 1.0]);
     let lines = lines(view, edge);
     for screen in edge.others.iter().filter_map(|&k| view.sheets.get(k)) {
@@ -139,7 +147,8 @@ pub(crate) fn places(view: &View, edge: &Edge) -> Vec<f64> {
             }
         }
     }
-    if lines.len() <= LINES {
+    let is_whole = lines.len() <= LINES;
+    if is_whole {
         threes(view, edge, &lines, &mut places);
     }
     places.retain(|t| (0.0..=1.0).contains(t));
@@ -148,7 +157,10 @@ pub(crate) fn places(view: &View, edge: &Edge) -> Vec<f64> {
     if let Some(last) = places.last_mut() {
         *last = 1.0;
     }
-    places
+    Places {
+        at: places,
+        is_whole,
+    }
 }
 
 /// The edges that may cast shadows past this one.

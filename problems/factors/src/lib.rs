@@ -18,6 +18,7 @@ mod partial;
 mod points;
 mod rays;
 mod rules;
+mod segments;
 mod shaft;
 mod sights;
 mod silhouette;

@@ -40,6 +40,15 @@ impl Occluder {
             .zip(self.points.iter().copied())
     }
 
+    /// A length that its distance from a point is not below.
+    pub(crate) fn distance(&self, from: Vector<f64>) -> f64 {
+        let beyond = ring(&self.points).map(|[a, b]| {
+            let out = cross(sub(b, a), self.normal);
+            dot(out, sub(from, a)) / norm(out)
+        });
+        beyond.fold(self.height(from).abs(), Real::max)
+    }
+
     #[inline]
     pub(crate) fn height(&self, point: Vector<f64>) -> f64 {
         let first = self.points.first().copied().unwrap_or_default();

@@ -20,8 +20,8 @@ const CLEAR: f64 = 1e-3;
 
 /// What contours take in comparison with a point past one screen, measured: in proportion to the number of polygons between for places
 /// along their edges, and to its cube for what hides what past them.
-const ALONG: f64 = 40.0;
-const PAST: f64 = 0.1;
+const ALONG: f64 = 400.0;
+const PAST: f64 = 1.0;
 
 /// The most points of a pair.
 const MOST: f64 = 400_000.0;
@@ -36,7 +36,7 @@ fn points_for(polygons: usize, screens: usize) -> usize {
 /// What a pair takes, in points past one screen, with so many polygons between: by points if a few reach the error, else by contours.
 pub(crate) fn work(polygons: usize, clear: f64, error: f64) -> f64 {
     let n = polygons as f64;
-    let points = 4.0 * (1.0 + clear / error) * (1.0 + 0.5 * n);
+    let points = 4.0 * (1.0 + 2.0 * Real::sqrt(clear / error)) * (1.0 + 0.5 * n);
     points.min(n * (ALONG + PAST * n * n))
 }
 

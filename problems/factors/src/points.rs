@@ -12,22 +12,42 @@ use core::cmp::Ordering;
 use fredholm_core::Real;
 use fredholm_core::array::from_fn;
 use fredholm_scene::form_factor_from_origin;
-use fredholm_surfaces::space::{Vector, along, centroid, cross, dot, ring, sub};
+use fredholm_surfaces::space::{Vector, along, centroid, cross, dot, norm, ring, sub};
 
 use crate::bodies::Body;
 use crate::clear::{self, Amount, Sheet};
 use crate::clip::Rest;
 use crate::clip::keep;
 use crate::occluders::{Occluder, Occluders};
-use crate::rules::{Rules, area};
+use crate::rules::{Rules, area, radius};
 use crate::shaft::{Hides, Shaft};
 
 /// The places of the three points of a triangle, as shares of its corners: a rule of degree 2. A fourth is in the middle.
 const INNER: [f64; 3] = [2.0 / 3.0, 1.0 / 6.0, 1.0 / 6.0];
 
-/// The share of a polygon that a triangle may miss whose points all see all that they could, or nothing: of the first triangles. Of all
-/// its quarters a strip of light along an edge is in half.
-const MISSED: f64 = 0.02;
+/// Three more points, near the corners, where these four all see all that they could, or nothing.
+const CORNERS: [f64; 3] = [1.0 - 2.0 * ASIDE, ASIDE, ASIDE];
+const ASIDE: f64 = 1.0 / 24.0;
+
+/// The share of a polygon that a triangle may miss whose points all see all that they could, or nothing: of the first triangles a strip
+/// along an edge, next to the points near its ends. Of all its quarters such a strip is in half.
+const MISSED: f64 = 2.0 * ASIDE;
+
+/// Shadows by a cone of directions have no sharp edges at this many widths of a cell, in the cone's sine, and further off.
+const SHARP: f64 = 1.0;
+
+/// The share of what a cell may miss of a cone of directions within which a point sees all, or nothing.
+const SMOOTH: f64 = 0.02;
+
+/// The share of a triangle that is nearer to its corners than the four points are.
+const OUTSIDE: f64 = 0.25;
+
+/// What each of four quarters is off by, in what they changed together: all of them half of it where a shadow's edge is sharp, a quarter where
+/// it is not, and an eighth where there is none.
+const CHANGED: f64 = 0.25;
+
+/// What quarters are off by at least, in what a rule of a lower degree says and in the error of the whole: they may have changed little by chance.
+const LEAST: [f64; 2] = [1.0 / 8.0, 1.0 / 64.0];
 
 /// The most faces of a body one of which may hide all.
 const FEW: usize = 12;
@@ -107,6 +127,8 @@ pub(crate) struct Points<'a> {
     inner: Sheet<'a>,
     /// What may hide something.
     screens: Vec<Screen<'a>>,
+    /// A ball around each: the middle and the radius.
+    balls: Vec<(Vector<f64>, f64)>,
     /// Whether only what the first polygon of the scene's order sees from the front hides, and whether that is the outer one.
     fronts: Option<bool>,
     occluders: &'a Occluders,
@@ -129,6 +151,8 @@ pub(crate) struct Buffers {
     halves: Vec<Vector<f64>>,
     polygon: Vec<Vector<f64>>,
     seen: Vec<bool>,
+    /// Which screens hide something from the points of a cell.
+    has_met: Vec<bool>,
     shaft: Shaft,
 }
 
@@ -193,11 +217,26 @@ impl<'a> Points<'a> {
                 .filter_map(|&body| occluders.body(body))
                 .map(Screen::Body),
         );
+        // What hides much comes first: then little is left for the rest.
+        let from = centroid(outer.points);
+        let ball = |own: &Screen<'_>| {
+            let points: &[Vector<f64>] = match own {
+                Screen::Face(_, points) => points,
+                Screen::Body(body) => &body.points,
+            };
+            let middle = centroid(points);
+            (middle, radius(points, middle))
+        };
+        let mut placed: Vec<_> = screens.into_iter().map(|own| (ball(&own), own)).collect();
+        let size = |(middle, radius): (Vector<f64>, f64)| radius / norm(sub(middle, from));
+        placed.sort_by(|a, b| size(b.0).total_cmp(&size(a.0)));
+        let (balls, screens) = placed.into_iter().unzip();
         Self {
             outer,
             area: area(outer.points),
             inner,
             screens,
+            balls,
             fronts,
             occluders,
             rules,
@@ -238,8 +277,10 @@ impl<'a> Points<'a> {
             heap.push(cell);
         }
         while off.total() > error {
-            // The error is inversely proportional to the number of points, or worse.
-            if is_given_up && points as f64 * off.total() > most as f64 * error {
+            // The error falls faster than one over the number of points, but not always.
+            let ratio = off.total() / error;
+            let needed = points as f64 * Real::sqrt(ratio * Real::sqrt(ratio));
+            if is_given_up && needed > most as f64 {
                 return None;
             }
             if points >= most {
@@ -249,12 +290,18 @@ impl<'a> Points<'a> {
             off.add(&cell, -1.0);
             let [a, b, c] = cell.corners;
             let [x, y, z] = [[b, c], [c, a], [a, b]].map(|[p, q]| along(p, 0.5, sub(q, p)));
-            for corners in [[a, z, y], [z, b, x], [y, x, c], [x, y, z]] {
-                let own = self.cell(corners, &cell, error, slack, buffers);
-                points += 4;
-                off.add(&own, 1.0);
-                heap.push(own);
+            let quarters = [[a, z, y], [z, b, x], [y, x, c], [x, y, z]];
+            let mut quarters =
+                quarters.map(|corners| self.cell(corners, &cell, error, slack, buffers));
+            points += 4 * quarters.len();
+            let sum: f64 = quarters.iter().map(|own| own.value).sum();
+            let changed = CHANGED * (sum - cell.value).abs();
+            for own in &mut quarters {
+                let least = Real::max(LEAST[0] * own.error, LEAST[1] * cell.error);
+                own.error = own.error.min(Real::max(changed, least));
+                off.add(own, 1.0);
             }
+            heap.extend(quarters);
         }
         // Summed again, without what differences have lost.
         let value = heap.iter().map(|cell| cell.value).sum();
@@ -312,9 +359,16 @@ impl<'a> Points<'a> {
         let [a, b, c] = INNER;
         let places = [[a, b, c], [b, a, c], [b, c, a]];
         let (mut sum, mut shares) = (Seen::default(), [0.0; 3]);
+        buffers.has_met.clear();
+        buffers.has_met.resize(self.screens.len(), false);
         let middle = self.seen(centroid(&corners), &cell.screens, buffers);
         // All see nothing, or all that they could, but for what a cell may miss.
-        let is_near = |seen: Seen, share: f64| (seen.share() - share).abs() <= missed;
+        let near = if self.inner.far {
+            SMOOTH * missed
+        } else {
+            missed
+        };
+        let is_near = |seen: Seen, share: f64| (seen.share() - share).abs() <= near;
         let (mut is_dark, mut is_bright) = (is_near(middle, 0.0), is_near(middle, 1.0));
         for (own, weights) in shares.iter_mut().zip(places) {
             let at = from_fn(|k| (0..3).map(|i| weights[i] * corners[i][k]).sum());
@@ -333,9 +387,26 @@ impl<'a> Points<'a> {
             let squares = shares.map(|own| (own - share) * (own - share));
             clear.value * Real::sqrt(squares.iter().sum::<f64>() / 6.0)
         } else {
-            whole.error / 16.0
+            LEAST[1] * whole.error
         };
         cell.error = Real::max(clear.value * (share - middle.share()).abs(), least);
+        // Shadows by a cone are blurred, but for those of what is near: which points have to meet.
+        let mut sharp = Vec::new();
+        if self.inner.far {
+            sharp = self.sharp(&corners, &cell.screens);
+            is_bright |= sharp.iter().any(|&own| !buffers.has_met[own as usize]);
+        }
+        if is_dark || is_bright {
+            let [a, b, c] = CORNERS;
+            for weights in [[a, b, c], [b, a, c], [b, c, a]] {
+                let at = from_fn(|k| (0..3).map(|i| weights[i] * corners[i][k]).sum());
+                let seen = self.seen(at, &cell.screens, buffers);
+                is_dark &= is_near(seen, 0.0);
+                is_bright &= is_near(seen, 1.0) || (self.inner.far && !sharp.is_empty());
+                let apart = (seen.share() - share).abs();
+                cell.error = Real::max(cell.error, OUTSIDE * clear.value * apart);
+            }
+        }
         // Points that do not know where most of it comes from may miss that, or all be on one side of a shadow's edge.
         let size = area(&corners);
         let off = (clear.value - size / 3.0 * sum.all).abs();
@@ -344,6 +415,24 @@ impl<'a> Points<'a> {
             cell.unseen = Real::max(cell.unseen, clear.value * missed);
         }
         cell
+    }
+
+    /// What shadows may have sharp edges of on a cell.
+    fn sharp(&self, corners: &[Vector<f64>; 3], screens: &[u32]) -> Vec<u32> {
+        let middle = centroid(corners);
+        let cone = radius(self.inner.points, centroid(self.inner.points));
+        let reach = SHARP * radius(corners, middle) / cone;
+        let is_near = |own: &u32| {
+            let own = *own as usize;
+            let (at, radius) = self.balls.get(own).copied().unwrap_or_default();
+            let apart = match self.screens.get(own) {
+                Some(Screen::Face(occluder, _)) => occluder.distance(middle),
+                Some(Screen::Body(body)) => body.distance(middle),
+                None => f64::INFINITY,
+            };
+            Real::max(apart, norm(sub(at, middle)) - radius) <= reach
+        };
+        screens.iter().copied().filter(is_near).collect()
     }
 
     /// What a screen hides of the inner polygon from a part of the outer one, by the shaft of both.
@@ -376,6 +465,7 @@ impl<'a> Points<'a> {
             halves,
             polygon,
             seen,
+            has_met,
             ..
         } = buffers;
         polygon.clear();
@@ -417,7 +507,12 @@ impl<'a> Points<'a> {
             if halves.is_empty() {
                 continue;
             }
-            rest.take(halves, dot, |_| is_whole = false);
+            rest.take(halves, dot, norm, |_| {
+                is_whole = false;
+                if let Some(has_met) = has_met.get_mut(number as usize) {
+                    *has_met = true;
+                }
+            });
             if rest.is_empty() {
                 return Seen { part: 0.0, all };
             }

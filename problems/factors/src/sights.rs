@@ -1,11 +1,12 @@
 //! What every face sees of every other.
 
 use alloc::vec::Vec;
+use core::f64::consts::PI;
 
 use fredholm_core::Real;
 use fredholm_scene::{Face, Scene};
 use fredholm_surfaces::Enclosure;
-use fredholm_surfaces::space::{Vector, dot, norm, ring, sub, unit};
+use fredholm_surfaces::space::{Vector, centroid, dot, norm, ring, sub, unit};
 
 use crate::FactorsError;
 use crate::clear::{self, Amount, PARALLEL, Sheet};
@@ -13,10 +14,17 @@ use crate::clip::{Rest, keep};
 use crate::occluders::Occluders;
 use crate::partial::{self, Wanted};
 use crate::points::Buffers;
-use crate::rules::{Rules, area};
+use crate::rules::{Rules, area, radius};
+use crate::segments;
 use crate::shaft::{Between, Shaft};
 use crate::sky::Sky;
 use crate::visible;
+
+/// How many times a form factor is smaller than what bounds it from afar, by chance.
+const BOUND: f64 = 8.0;
+
+/// The number of polygons that may hide something from which on a few lines take less than to find those between two faces.
+const CROWD: usize = 256;
 
 /// The inputs of form factors: a scene, the polygons that may hide something, and the error
 /// that is allowed.
@@ -31,6 +39,8 @@ pub struct Sights<'a> {
     occluders: Occluders,
     rules: Rules,
     error: f64,
+    /// The middle of each face, and its largest distance from a vertex.
+    balls: Vec<(Vector<f64>, f64)>,
     /// What is nearer than this to a plane is in it.
     slack: f64,
     /// How far vertices may be from where they were meant to be, if that is more than rounding errors of double precision.
@@ -75,8 +85,13 @@ impl<'a> Sights<'a> {
             blur = scene.precision().distance;
             share_normals(&mut faces);
         }
+        let ball = |face: &Face<f64>| {
+            let middle = centroid(face.polygon());
+            (middle, radius(face.polygon(), middle))
+        };
         Ok(Self {
             scene,
+            balls: faces.iter().map(ball).collect(),
             occluders: Occluders::new(scene, &faces, slack),
             faces,
             rules: Rules::new(if blur > 0.0 { slack } else { 0.0 }),
@@ -112,7 +127,8 @@ impl<'a> Sights<'a> {
         let (mut shaft, mut buffers) = (Shaft::default(), Buffers::default());
         for (number, other) in self.faces.iter().enumerate().skip(first) {
             // Rounding must not make more of a face than all.
-            let amount = self.pair(own, other, &mut row, &mut shaft, &mut buffers);
+            let pair = [(face, own), (number, other)];
+            let amount = self.pair(pair, &mut row, &mut shaft, &mut buffers);
             let amount = amount.min(own.area).min(other.area);
             if amount > 0.0 {
                 row.entries.push((number as u32, amount));
@@ -347,8 +363,7 @@ impl<'a> Sights<'a> {
     /// A_i F_ij of two faces.
     fn pair(
         &self,
-        a: &Face<f64>,
-        b: &Face<f64>,
+        [(i, a), (j, b)]: [(usize, &Face<f64>); 2],
         row: &mut Row,
         shaft: &mut Shaft,
         buffers: &mut Buffers,
@@ -366,8 +381,13 @@ impl<'a> Sights<'a> {
         };
         let pair = (first, second);
         let fronts = self.scene.enclosure() == Enclosure::Closed;
-        shaft.enclose(first, second, slack);
         let smaller = a.area.min(b.area);
+        // Lines come before what may be between where that takes longer.
+        let is_crowded = self.occluders.len() > CROWD;
+        if is_crowded && let Some(amount) = self.left([i, j], pair, smaller, row) {
+            return amount;
+        }
+        shaft.enclose(first, second, slack);
         let amount = match shaft.between(&self.occluders, pair, fronts) {
             Between::Hidden => return 0.0,
             Between::Some(found) if found.is_empty() => {
@@ -375,6 +395,9 @@ impl<'a> Sights<'a> {
                 clear::exchange(first, second, 1e-4 * self.error, &self.rules)
             }
             Between::Some(found) => {
+                if !is_crowded && let Some(amount) = self.left([i, j], pair, smaller, row) {
+                    return amount;
+                }
                 row.partial += 1;
                 let error = self.error * smaller;
                 partial::exchange(pair, &found, fronts, self.wanted(error), shaft, buffers)
@@ -388,6 +411,46 @@ impl<'a> Sights<'a> {
         let blur = amount.value * Real::max(share(a), share(b)).min(1.0);
         row.error = Real::max(row.error, (amount.error + blur) / smaller);
         amount.value
+    }
+
+    /// A_i F_ij of two faces from their parts in front of each other, if lines between them tell.
+    fn left(
+        &self,
+        [i, j]: [usize; 2],
+        (first, second): (Sheet<'_>, Sheet<'_>),
+        smaller: f64,
+        row: &mut Row,
+    ) -> Option<f64> {
+        let most = segments::largest(self.error);
+        let [(p, r), (q, s)] = [*self.balls.get(i)?, *self.balls.get(j)?];
+        let apart = sub(p, q);
+        let gap = Real::sqrt(dot(apart, apart)) - r - s;
+        // No cosine is larger than the greatest height in this distance.
+        let rise = |own: Sheet<'_>, other: Sheet<'_>| {
+            let at = own.points.first().copied().unwrap_or_default();
+            let heights = other.points.iter().map(|&p| dot(own.normal, sub(p, at)));
+            heights.fold(0.0, |m: f64, h| Real::max(m, h)).min(gap)
+        };
+        let larger = Real::max(area(first.points), area(second.points));
+        let cosines = rise(first, second) * rise(second, first);
+        if !(gap > 0.0 && larger * cosines <= BOUND * most * PI * gap * gap * gap * gap) {
+            return None;
+        }
+        let clear = clear::exchange(first, second, 1e-4 * self.error, &self.rules);
+        let factor = clear.value / smaller;
+        if factor > most {
+            return None;
+        }
+        let (numbers, sheets) = if i < j {
+            ([i, j], [first, second])
+        } else {
+            ([j, i], [second, first])
+        };
+        let geometry = self.scene.geometry();
+        let [share, off] = segments::left(&geometry, numbers, sheets, factor, self.error)?;
+        row.partial += usize::from(0.0 < share && share < 1.0);
+        row.error = Real::max(row.error, off * factor);
+        Some(share * clear.value)
     }
 }
 

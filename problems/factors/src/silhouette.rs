@@ -572,6 +572,7 @@ impl View {
                 rest.take(
                     halves,
                     |half, p| sign * at(half, p),
+                    |half| Real::sqrt(half[0] * half[0] + half[1] * half[1]),
                     |taken| {
                         sum += measure(taken);
                     },

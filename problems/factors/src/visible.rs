@@ -3,7 +3,7 @@
 use alloc::vec::Vec;
 
 use fredholm_scene::form_factor_from_origin;
-use fredholm_surfaces::space::{Vector, cross, dot, ring};
+use fredholm_surfaces::space::{Vector, cross, dot, norm, ring};
 
 use crate::clip::Rest;
 
@@ -28,7 +28,7 @@ pub(crate) fn factor(
             }
         };
         let halves: Vec<Vector<f64>> = ring(screen).map(inward).collect();
-        rest.take(&halves, dot, |_| {});
+        rest.take(&halves, dot, norm, |_| {});
     }
     rest.each()
         .map(|cone| form_factor_from_origin(normal, cone))
