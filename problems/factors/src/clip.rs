@@ -95,20 +95,15 @@ impl<const N: usize, T: Copy> Pieces<N, T> {
     }
 }
 
-/// A convex polygon among those of [`Rest`]: where its points are, and a ball that holds them. In space polygons are cones from the
-/// origin, and the ball is around their unit vectors.
+/// A ball around a polygon; in space polygons are cones from the origin, and the ball is around their unit vectors.
 #[derive(Clone, Copy, Debug)]
-struct Held<const N: usize> {
-    from: usize,
-    to: usize,
+struct Ball<const N: usize> {
     middle: [f64; N],
     radius: f64,
 }
 
-impl<const N: usize> Held<N> {
-    /// The polygon of the points from this place on.
-    fn new(points: &[[f64; N]], from: usize) -> Self {
-        let own = points.get(from..).unwrap_or(&[]);
+impl<const N: usize> Ball<N> {
+    fn new(polygon: &[[f64; N]]) -> Self {
         let square = |p: [f64; N]| p.iter().map(|x| x * x).sum::<f64>();
         let place = |p: [f64; N]| {
             let scale = if N == 3 {
@@ -119,24 +114,32 @@ impl<const N: usize> Held<N> {
             p.map(|x| scale * x)
         };
         let mut middle = [0.0; N];
-        for &p in own {
+        for &p in polygon {
             let p = place(p);
             for k in 0..N {
-                middle[k] += p[k] / own.len() as f64;
+                middle[k] += p[k] / polygon.len() as f64;
             }
         }
         let apart = |p: [f64; N]| {
             let p = place(p);
             square(from_fn(|k| p[k] - middle[k]))
         };
-        let furthest = own.iter().fold(0.0, |m: f64, &p| Real::max(m, apart(p)));
+        let furthest = polygon
+            .iter()
+            .fold(0.0, |m: f64, &p| Real::max(m, apart(p)));
         Self {
-            from,
-            to: points.len(),
             middle,
             radius: Real::sqrt(furthest),
         }
     }
+}
+
+/// A convex polygon among those of [`Rest`]: where its points are, and a ball that holds them, once that is needed.
+#[derive(Clone, Copy, Debug)]
+struct Held<const N: usize> {
+    from: usize,
+    to: usize,
+    ball: Option<Ball<N>>,
 }
 
 /// Convex polygons from which others are taken away, and buffers for that.
@@ -170,7 +173,11 @@ impl<const N: usize> Rest<N> {
         self.pieces.clear();
         if polygon.len() >= 3 {
             self.points.extend_from_slice(polygon);
-            self.pieces.push(Held::new(&self.points, 0));
+            self.pieces.push(Held {
+                from: 0,
+                to: polygon.len(),
+                ball: None,
+            });
         }
     }
 
@@ -198,11 +205,12 @@ impl<const N: usize> Rest<N> {
         self.lengths.extend(halves.iter().map(|&half| length(half)));
         let (mut kept, count) = (0, self.pieces.len());
         for k in 0..count {
-            let piece = self.pieces[k];
-            let is_off = |(&half, length): (&H, &f64)| {
-                height(half, piece.middle) + length * piece.radius < 0.0
-            };
+            let mut piece = self.pieces[k];
             let own = self.points.get(piece.from..piece.to).unwrap_or(&[]);
+            let ball = *piece.ball.get_or_insert_with(|| Ball::new(own));
+            let is_off = |(&half, length): (&H, &f64)| {
+                height(half, ball.middle) + length * ball.radius < 0.0
+            };
             let misses = |&half: &H| own.iter().all(|&p| height(half, p) <= 0.0);
             if halves.iter().zip(&self.lengths).any(is_off) || halves.iter().any(misses) {
                 self.pieces[kept] = piece;
@@ -217,7 +225,11 @@ impl<const N: usize> Rest<N> {
                 if self.outside.len() >= 3 {
                     let from = self.points.len();
                     self.points.extend_from_slice(&self.outside);
-                    self.pieces.push(Held::new(&self.points, from));
+                    self.pieces.push(Held {
+                        from,
+                        to: self.points.len(),
+                        ball: None,
+                    });
                 }
                 core::mem::swap(&mut self.own, &mut self.inside);
             }

@@ -9,6 +9,8 @@
 #[cfg(feature = "alloc")]
 extern crate alloc;
 
+#[cfg(feature = "alloc")]
+mod backs;
 mod beam;
 mod cells;
 #[cfg(feature = "alloc")]

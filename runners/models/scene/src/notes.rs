@@ -5,7 +5,8 @@ use fredholm_scene::{Covered, Rounding, Scene};
 /// The most covered surfaces that are told one by one.
 const MOST: usize = 5;
 
-/// A line for every surface that others cover, or for some and the number of the others, and one for coordinates that were rounded.
+/// A line for every surface that others cover, or for some and the number of the others, one for coordinates that were rounded, and one
+/// for what meets backs.
 #[must_use]
 pub fn notes(names: &[String], scene: &Scene) -> Vec<String> {
     let name = |surface: usize| names.get(surface).map_or("?", String::as_str);
@@ -34,6 +35,13 @@ pub fn notes(names: &[String], scene: &Scene) -> Vec<String> {
             "coordinates have {}: neighbouring polygons within {:.1e} of a plane are in one plane",
             precision.rounding,
             scene.flatness()
+        ));
+    }
+    let lost = scene.light_on_backs();
+    if lost > 0.0 {
+        notes.push(format!(
+            "{} % of the light of surfaces, if each were as bright, meets backs of polygons and ends there",
+            (1e4 * lost).round() / 1e2
         ));
     }
     notes
