@@ -210,11 +210,56 @@ fn leaving(scene: &Scene, around: &[Spoke], middle: Vector<f64>) -> SceneError {
     let mut rays = near.chain(spread(scene)).peekable();
     let (_, from, direction) = rays.peek().copied().unwrap_or((at, middle, [0.0; 3]));
     let found = rays.find_map(|(face, from, to)| leaves(scene, at, face, from, to));
-    found.unwrap_or_else(|| SceneError::Open {
+    let found = found.unwrap_or_else(|| SceneError::Open {
         at: scene.place_of(at),
         from,
         direction,
-    })
+        gap: None,
+    });
+    let gap = match around {
+        [alone] => gap(scene, alone, middle),
+        _ => None,
+    };
+    match found {
+        SceneError::Open {
+            at,
+            from,
+            direction,
+            ..
+        } => SceneError::Open {
+            at,
+            from,
+            direction,
+            gap,
+        },
+        other => other,
+    }
+}
+
+/// The distance from the middle of an edge that one face has alone to the nearest face that has no vertex of it.
+fn gap(scene: &Scene, spoke: &Spoke, middle: Vector<f64>) -> Option<f64> {
+    let around = scene.outlines.of(spoke.face as usize);
+    let others = scene.faces.iter().enumerate().filter(|(number, _)| {
+        let mut own = scene.outlines.of(*number).iter();
+        own.all(|v| !around.contains(v))
+    });
+    let distance = |face: &Face<f64>| {
+        let points = face.polygon();
+        let inward = |[a, b]: [Vector<f64>; 2]| dot(cross(face.normal, sub(b, a)), sub(middle, a));
+        if ring(points).all(|ends| inward(ends) >= 0.0) {
+            return face.height(middle).abs();
+        }
+        let to_edge = |[a, b]: [Vector<f64>; 2]| {
+            let span = sub(b, a);
+            let t = (dot(span, sub(middle, a)) / dot(span, span)).clamp(0.0, 1.0);
+            norm(sub(middle, along(a, t, span)))
+        };
+        ring(points)
+            .map(to_edge)
+            .fold(f64::INFINITY, |least: f64, d| least.min(d))
+    };
+    let distances = others.map(|(_, face)| distance(face));
+    distances.min_by(f64::total_cmp)
 }
 
 /// The error, if this ray from a face leaves or meets a back.
@@ -235,6 +280,7 @@ fn leaves(
         at: scene.place_of(at),
         from,
         direction,
+        gap: None,
     })
 }
 
@@ -303,6 +349,7 @@ fn check_shells(scene: &Scene, shells: &mut Forest) -> Result<(), SceneError> {
                     at: scene.place_of(at),
                     from,
                     direction,
+                    gap: None,
                 });
             }
         }

@@ -107,6 +107,9 @@ pub enum SceneError {
         from: [f64; 3],
         /// A direction in which light leaves from there, or meets a back.
         direction: [f64; 3],
+        /// The distance from the middle of an edge that no other polygon has to the nearest polygon beside its own and the neighbours of
+        /// that, in the scene's unit of length.
+        gap: Option<f64>,
     },
     /// More than 2³² − 2 polygons or vertices.
     TooMany,
@@ -257,14 +260,23 @@ impl fmt::Display for SceneError {
                 at,
                 from,
                 direction,
-            } => write!(
-                f,
-                "the scene is not closed at {at}: light leaves, or meets a polygon from behind, from {} in \
-                 direction {}; close the gap, turn polygons whose vertices are not counter-clockwise seen from \
-                 the active side, or declare the scene open",
-                Point(*from),
-                Point(*direction)
-            ),
+                gap,
+            } => {
+                write!(
+                    f,
+                    "the scene is not closed at {at}: light leaves, or meets a polygon from behind, from {} in \
+                     direction {}; close the gap",
+                    Point(*from),
+                    Point(*direction)
+                )?;
+                if let Some(gap) = gap {
+                    write!(f, " of {gap:.3e}")?;
+                }
+                f.write_str(
+                    ", turn polygons whose vertices are not counter-clockwise seen from the active side, or declare the \
+                     scene open",
+                )
+            }
         }
     }
 }

@@ -50,6 +50,7 @@ fn leaves(surfaces: &Surfaces) -> Place {
         at,
         from,
         direction,
+        ..
     } = error
     else {
         panic!("{error}");
@@ -339,6 +340,38 @@ fn scenes_with_a_gap() {
     let mut ball = sphere(8, 1.0, true);
     ball[0].remove(50);
     leaves(&ball);
+}
+
+/// The size of what is to be closed: behind a window before its wall, below a wall that ends above the floor, and a large
+/// one where a ceiling is missing.
+#[test]
+fn gaps_have_a_size() {
+    let gap = |surfaces: &Surfaces| {
+        let error = refused(surfaces);
+        let SceneError::Open { gap, .. } = error else {
+            panic!("{error}");
+        };
+        let text = error.to_string();
+        assert_eq!(text.contains("close the gap of"), gap.is_some(), "{text}");
+        gap
+    };
+    for size in [1e-3, 1e-6, 0.1] {
+        let window = with(&[
+            [0.2, size, 0.2],
+            [0.2, size, 0.6],
+            [0.6, size, 0.6],
+            [0.6, size, 0.2],
+        ]);
+        let mut lifted = cube();
+        lifted[0] = polygon(&level([0.0; 2], [1.0; 2], -size));
+        for surfaces in [window, lifted] {
+            let found = gap(&surfaces).unwrap();
+            assert!((found - size).abs() < 1e-12, "{found}");
+        }
+    }
+    let mut roofless = cube();
+    roofless.remove(1);
+    assert!(gap(&roofless).is_none_or(|gap| gap > 0.4));
 }
 
 #[test]
