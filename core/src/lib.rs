@@ -42,7 +42,7 @@ pub use schedule::{
 };
 pub use sensitivity::{Dependence, Dependences, Sensitivities};
 pub use sobol::{SOBOL_COORDINATES, Sobol, SobolPoint, SobolWalk};
-pub use space::{At, Chain, Density, Equation, Functional, Space, Start, StartOf, WideOf};
+pub use space::{At, Chain, Density, Equation, Functional, Scaled, Space, Start, StartOf, WideOf};
 pub use statistics::{Estimate, Statistics, Terminations, rounding_floor};
 pub use tail::{MANY_BATCHES, Tail};
 pub use uniforms::{

@@ -133,6 +133,45 @@ impl<E: Equation + ?Sized> Functional<E> for At<E::Point> {
     }
 }
 
+/// A multiple of another functional: walks start in the same states, and φ is as many times as large.
+///
+/// ```
+/// use fredholm_core::{At, Scaled};
+///
+/// let twice = Scaled { of: At(0.3), factor: 2.0 };
+/// assert_eq!((twice.of.0, twice.factor), (0.3, 2.0));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scaled<T, F> {
+    /// The functional Φ.
+    pub of: T,
+    /// The factor by which Φ is multiplied.
+    pub factor: F,
+}
+
+impl<E: Equation + ?Sized, T: Functional<E>> Functional<E> for Scaled<T, E::Scalar> {
+    #[inline]
+    fn start<U: Uniforms<E::Scalar>>(&self, equation: &E, uniforms: &mut U) -> StartOf<E> {
+        let Start { point, phi, known } = self.of.start(equation, uniforms);
+        Start {
+            point,
+            phi: phi * self.factor,
+            known: known.scaled(self.factor),
+        }
+    }
+
+    /// φ has the factor already.
+    #[inline]
+    fn control_estimate(&self, x0: &Located<E::Point>, phi: E::Scalar, v: &E::Value) -> WideOf<E> {
+        self.of.control_estimate(x0, phi, v)
+    }
+
+    #[inline]
+    fn looks(&self) -> u32 {
+        self.of.looks()
+    }
+}
+
 impl<P, F: Real, V: Value<F>> Start<P, F, V> {
     /// A start that knows nothing by itself.
     #[inline(always)]

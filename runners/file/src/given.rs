@@ -372,8 +372,11 @@ impl Reader<'_> {
                 place: Place::Flag(FLAG),
             }),
         };
+        let mut targets = self.file.targets.iter();
+        let own = targets.find(|target| target.name.value == name);
         Ok(Some(Target {
             name: placed(name),
+            ask: own.and_then(|target| target.ask.clone()),
             component,
             what,
             measured: None,

@@ -24,7 +24,7 @@ use std::sync::Arc;
 
 use toml::de::{DeTable, DeValue};
 
-pub use fredholm::{Choices, Estimator, Form, Method, Pairs, Scalar, Sequence};
+pub use fredholm::{Choices, Estimator, Form, GlobalQuantity, Method, Pairs, Scalar, Sequence};
 
 pub use given::{GivenTable, Solution, given_dimension, last_digit};
 pub use kinds::{KINDS, Kind, KindEntry};
@@ -133,7 +133,9 @@ pub struct Target {
     pub name: Placed<String>,
     /// The number of the unknown function, from 1, of a system.
     pub component: Option<Placed<usize>>,
-    /// The quantity that is computed.
+    /// The quantity that is asked for there, if it is not u.
+    pub ask: Option<Placed<GlobalQuantity>>,
+    /// The functional that is computed.
     pub what: What,
     /// What it was measured as.
     pub measured: Option<Given>,
@@ -293,6 +295,7 @@ fn read_target(mut section: Section<'_, '_>) -> Result<Target, InputError> {
     let surface = section.optional("surface");
     let measured = section.optional("measured");
     let component = section.read("component", Field::integer)?;
+    let ask = section.read("ask", Field::word)?;
     section.finish()?;
     let name = name.as_ref().map(Field::string).transpose()?;
     let measured_key = measured.as_ref().map(|field| field.key.clone());
@@ -344,6 +347,7 @@ fn read_target(mut section: Section<'_, '_>) -> Result<Target, InputError> {
     Ok(Target {
         name,
         component,
+        ask,
         what,
         measured,
     })

@@ -4,9 +4,9 @@ use core::fmt::{self, Debug};
 
 use fredholm::room::RoomModel;
 use fredholm::scene::SceneModel;
-use fredholm::{Ask, Error, Model, Settings, Subject, Target, Tolerance};
+use fredholm::{Ask, Error, GlobalQuantity, Model, Settings, Subject, Target, Tolerance};
 
-use crate::{InputError, Place, Placed, ProblemFile, What};
+use crate::{InputError, Place, Placed, ProblemFile, What, kinds};
 
 /// The content of a problem file: a model, its targets and the settings.
 #[derive(Debug)]
@@ -65,6 +65,7 @@ impl ProblemFile {
     /// What the model does not take, at its place.
     pub fn resolve(&self) -> Result<Resolved, InputError> {
         let (model, targets) = self.problem.resolve(self)?;
+        self.check_asked(model.model(), &targets)?;
         let mut settings = self.settings().for_model(model.model());
         settings.uncertainties = self.uncertainties(model.model())?;
         let (cut, pairs) = (settings.discretisation(), settings.walk_options().pairs);
@@ -205,12 +206,18 @@ impl ProblemFile {
             let all = ask(target)?;
             // The points of `Ask::Grid` are named by the model.
             let has_points = all.iter().all(|ask| matches!(ask, Ask::One(_)));
+            let all = all.into_iter().map(|own| match &target.ask {
+                Some(asked) if asked.value != GlobalQuantity::U => {
+                    Ask::Of(asked.value, Box::new(own))
+                }
+                _ => own,
+            });
             let is_list = match target.what {
                 What::Listed(_) | What::Lattice(_) => true,
                 What::Grid(..) => has_points,
                 _ => false,
             };
-            targets.extend(all.into_iter().enumerate().map(|(i, ask)| Target {
+            targets.extend(all.enumerate().map(|(i, ask)| Target {
                 name: if is_list {
                     format!("{name}[{i}]")
                 } else {
@@ -220,6 +227,33 @@ impl ProblemFile {
             }));
         }
         Ok(targets)
+    }
+
+    /// Checks that there is what targets ask for in place of u.
+    fn check_asked(&self, model: &dyn Model, targets: &[Target]) -> Result<(), InputError> {
+        for own in &self.targets {
+            let Some(ask) = own
+                .ask
+                .as_ref()
+                .filter(|ask| ask.value != GlobalQuantity::U)
+            else {
+                continue;
+            };
+            if !self.problem.has_walls() && self.problem.of::<kinds::Scene>().is_none() {
+                let message = "`ask` belongs to rooms and scenes: elsewhere a target asks for u";
+                return Err(self.refuse(ask, message));
+            }
+            let name = &own.name.value;
+            let is_own = |target: &&Target| {
+                let rest = target.name.strip_prefix(name.as_str());
+                rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('['))
+            };
+            let targets: Vec<Target> = targets.iter().filter(is_own).cloned().collect();
+            let goals = fredholm::goals(model, &targets);
+            let checked = goals.and_then(|goals| model.check_goals(&goals));
+            checked.map_err(|error| self.refuse(ask, error))?;
+        }
+        Ok(())
     }
 
     /// Checks a point of a target, whose numbers `check` refuses by their index, or altogether.

@@ -33,6 +33,7 @@ pub(crate) fn read(
         targets.push(Target {
             name,
             component: None,
+            ask: None,
             what,
             measured: None,
         });

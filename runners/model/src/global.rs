@@ -6,7 +6,7 @@ use fredholm_core::global::{GlobalJob, Scores};
 use fredholm_rayon::fill_rows;
 use fredholm_variance::gauss;
 
-use crate::{Error, Region, Scalar, Subject, WalkOptions};
+use crate::{Choice, Choices, Error, Region, Scalar, Subject, WalkOptions};
 
 /// The options of the walks of a global estimate.
 #[derive(Clone, Copy, Debug)]
@@ -187,7 +187,13 @@ impl MeshCell {
     }
 }
 
-/// A quantity that a global estimate tells.
+/// A quantity that walks estimate.
+///
+/// ```
+/// use fredholm::{Choices, GlobalQuantity};
+///
+/// assert_eq!(GlobalQuantity::of_word("net_flux"), Some(GlobalQuantity::NetFlux));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GlobalQuantity {
     /// u.
@@ -198,6 +204,38 @@ pub enum GlobalQuantity {
     /// The net flux out of walls, in rooms and scenes: at a point in the unit of u, over a part in all. NaN where u does not tell
     /// it.
     NetFlux,
+}
+
+impl GlobalQuantity {
+    /// This quantity of a region.
+    #[must_use]
+    pub fn of(self, region: Region) -> Region {
+        match self {
+            Self::U => region,
+            Self::Irradiance => Region::Irradiance(Box::new(region)),
+            Self::NetFlux => Region::NetFlux(Box::new(region)),
+        }
+    }
+}
+
+impl Choices for GlobalQuantity {
+    const ALL: &'static [Choice<Self>] = &[
+        Choice {
+            value: Self::U,
+            word: "u",
+            help: "The solution, in rooms and scenes the radiosity",
+        },
+        Choice {
+            value: Self::Irradiance,
+            word: "irradiance",
+            help: "What arrives at surfaces of a room or a scene",
+        },
+        Choice {
+            value: Self::NetFlux,
+            word: "net_flux",
+            help: "What surfaces with temperatures lose, per area",
+        },
+    ];
 }
 
 /// The values of F + T_K v, and of T_K of some piecewise polynomials.

@@ -3,7 +3,7 @@
 use core::fmt;
 use std::sync::Arc;
 
-use crate::{Error, Model};
+use crate::{Error, GlobalQuantity, Model};
 
 /// A part of the space of states, or a point, for which something is asked.
 ///
@@ -45,6 +45,36 @@ pub enum Region {
     Part(usize),
     /// The mean of u over the parts of these numbers together.
     Parts(Vec<usize>),
+    /// The irradiance of another region, a place on surfaces of a room or a scene or a mean over some, in the unit of u.
+    Irradiance(Box<Self>),
+    /// The net flux out of another region of surfaces with temperatures, in W/m²; of several surfaces the mean by area.
+    NetFlux(Box<Self>),
+}
+
+impl Region {
+    /// The quantity that is asked for, and the region of which it is.
+    ///
+    /// ```
+    /// use fredholm::{GlobalQuantity, Region};
+    ///
+    /// let lit = GlobalQuantity::Irradiance.of(Region::Part(2));
+    /// assert_eq!(lit.asked(), (GlobalQuantity::Irradiance, &Region::Part(2)));
+    /// assert_eq!(Region::Whole.asked(), (GlobalQuantity::U, &Region::Whole));
+    /// ```
+    #[must_use]
+    pub fn asked(&self) -> (GlobalQuantity, &Self) {
+        match self {
+            Self::Irradiance(of) => (GlobalQuantity::Irradiance, of),
+            Self::NetFlux(of) => (GlobalQuantity::NetFlux, of),
+            of => (GlobalQuantity::U, of),
+        }
+    }
+
+    /// The region itself, without what is asked of it.
+    #[must_use]
+    pub fn place(&self) -> &Self {
+        self.asked().1
+    }
 }
 
 /// A weight w of an integral ∫ u w, as a function of the coordinates of a point.
@@ -195,6 +225,32 @@ pub enum Ask {
         /// The part, where the space has several.
         part: Option<usize>,
     },
+    /// Another quantity than u of what is asked.
+    Of(GlobalQuantity, Box<Self>),
+}
+
+impl Ask {
+    /// The number of points, if it is a grid.
+    pub fn points(&mut self) -> Option<&mut usize> {
+        match self {
+            Self::One(_) => None,
+            Self::Grid { points, .. } => Some(points),
+            Self::Of(_, ask) => ask.points(),
+        }
+    }
+
+    /// The regions, and whether they are points of a grid, which are numbered.
+    fn regions(&self, model: &dyn Model) -> (Vec<Region>, bool) {
+        match self {
+            Self::One(region) => (vec![region.clone()], false),
+            Self::Grid { points, part } => (model.grid(*points, *part), true),
+            Self::Of(quantity, ask) => {
+                let (regions, is_grid) = ask.regions(model);
+                let regions = regions.into_iter().map(|region| quantity.of(region));
+                (regions.collect(), is_grid)
+            }
+        }
+    }
 }
 
 impl Target {
@@ -205,14 +261,15 @@ impl Target {
     }
 
     fn regions(&self, model: &dyn Model) -> Vec<Goal> {
-        match &self.ask {
-            Ask::One(region) => vec![Goal::new(&self.name, region.clone())],
-            Ask::Grid { points, part } => {
-                let regions = model.grid(*points, *part).into_iter().enumerate();
-                let goal = |(i, region)| Goal::new(format!("{}[{i}]", self.name), region);
-                regions.map(goal).collect()
-            }
-        }
+        let (regions, is_grid) = self.ask.regions(model);
+        let name = |i| match is_grid {
+            true => format!("{}[{i}]", self.name),
+            false => self.name.clone(),
+        };
+        let regions = regions.into_iter().enumerate();
+        regions
+            .map(|(i, region)| Goal::new(name(i), region))
+            .collect()
     }
 }
 

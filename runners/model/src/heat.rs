@@ -5,7 +5,7 @@ use fredholm_room::Material;
 pub use fredholm_room::STEFAN_BOLTZMANN;
 
 use crate::channels::Colours;
-use crate::{Derived, Flux, Goal, Heat, Region};
+use crate::{Derived, Error, Flux, GlobalQuantity, Goal, Heat, Region};
 
 /// The second radiation constant hc/k in µm K, exact since the SI of 2019 (CODATA 2018).
 const SECOND_RADIATION: f64 = 14_387.768_775;
@@ -83,6 +83,76 @@ fn hidden_by_flux(all: &[Element]) -> Option<f64> {
     Some(1.0 / common(all.iter().map(|own| own.emissivity))?? - 1.0)
 }
 
+/// How walks tell what a region asks for: a number times what they estimate, and another number.
+///
+/// ```
+/// use fredholm_model::heat::Asked;
+///
+/// // u itself.
+/// assert_eq!((Asked::U.factor, Asked::U.constant), (1.0, 0.0));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Asked {
+    /// Whether walks are of the irradiance, and not of u.
+    pub is_arriving: bool,
+    /// What the estimate is multiplied by; 0 if nothing is left to walks.
+    pub factor: f64,
+    /// What is added, in the unit of u.
+    pub constant: f64,
+}
+
+impl Asked {
+    /// u itself.
+    pub const U: Self = Self {
+        is_arriving: false,
+        factor: 1.0,
+        constant: 0.0,
+    };
+
+    /// How walks tell a quantity where there is one material, or several (`None`). `through` is the material by which the irradiance follows
+    /// from u, H = (u − F)/ρ, if it shall.
+    ///
+    /// ```
+    /// use fredholm_model::GlobalQuantity;
+    /// use fredholm_model::heat::Asked;
+    /// use fredholm_room::Material;
+    ///
+    /// // Of a black wall u says nothing; what it loses is F − H.
+    /// let black = Material { reflectance: 0.0, emission: 5.0 };
+    /// let loss = Asked::new(GlobalQuantity::NetFlux, Some(black), None);
+    /// assert_eq!(loss, Asked { is_arriving: true, factor: -1.0, constant: 5.0 });
+    /// ```
+    #[must_use]
+    pub fn new(
+        quantity: GlobalQuantity,
+        material: Option<Material>,
+        through: Option<Material>,
+    ) -> Self {
+        match (quantity, through, material) {
+            (GlobalQuantity::U, ..) => Self::U,
+            (GlobalQuantity::Irradiance, Some(own), _) => Self {
+                factor: 1.0 / own.reflectance,
+                constant: -own.emission / own.reflectance,
+                ..Self::U
+            },
+            (GlobalQuantity::NetFlux, Some(_), Some(own)) if own.reflectance > 0.0 => Self {
+                factor: (own.reflectance - 1.0) / own.reflectance,
+                constant: own.emission / own.reflectance,
+                ..Self::U
+            },
+            (GlobalQuantity::NetFlux, _, Some(own)) => Self {
+                is_arriving: true,
+                factor: own.reflectance - 1.0,
+                constant: own.emission,
+            },
+            _ => Self {
+                is_arriving: true,
+                ..Self::U
+            },
+        }
+    }
+}
+
 /// Radiative exchange between surfaces: what of a kind tells its irradiances, net fluxes and temperatures. What follows from
 /// that is provided.
 pub trait RadiativeExchange {
@@ -130,10 +200,50 @@ pub trait RadiativeExchange {
         regions
     }
 
-    /// Whether the irradiance of a region takes walks of its own.
+    /// Whether the irradiance of a region takes walks of its own. What is asked for itself follows from nothing else.
     fn takes_walks(&self, region: &Region, only_u: bool) -> bool {
         // In the air there is no surface on which light falls.
-        !only_u && !self.is_in_air(region) && self.through_radiosity(region).is_none()
+        let is_u = region.asked().0 == GlobalQuantity::U;
+        is_u && !only_u && !self.is_in_air(region) && self.through_radiosity(region).is_none()
+    }
+
+    /// How walks tell what a region asks for. Irradiances follow from u where that tells them, as its walks vary less: H = (u − F)/ρ; but
+    /// not if `is_alone`, for derivatives, since ρ and F change.
+    fn asked(&self, region: &Region, is_alone: bool) -> Asked {
+        let (quantity, place) = region.asked();
+        let through = self.through_radiosity(place).filter(|_| !is_alone);
+        Asked::new(quantity, self.material(place), through)
+    }
+
+    /// Refuses an irradiance where no light falls, and a net flux where there are no temperatures, or several materials.
+    ///
+    /// # Errors
+    /// [`Error::Region`].
+    fn check_asked(&self, region: &Region, has_channels: bool) -> Result<(), Error> {
+        let (quantity, place) = region.asked();
+        let is_flux = quantity == GlobalQuantity::NetFlux;
+        let message = match quantity {
+            GlobalQuantity::U => return Ok(()),
+            _ if place.asked().0 != GlobalQuantity::U => "one quantity is asked for at a time",
+            GlobalQuantity::Irradiance if matches!(place, Region::Facing { .. }) => return Ok(()),
+            _ if self.is_in_air(place) => {
+                "no light falls on a point between the surfaces, and nothing leaves it: give a point of a surface, \
+                 or in a scene what faces in a direction, `at = { point = …, facing = … }`"
+            }
+            _ if is_flux && has_channels => {
+                "net fluxes of bands follow from u of every band: leave `ask` out"
+            }
+            _ if is_flux && !self.is_heat() => {
+                "a net flux is one of heat, and this is light: `ask = \"irradiance\"`"
+            }
+            _ if is_flux && self.material(place).is_none() => {
+                "these surfaces have several materials: ask for the net flux out of each"
+            }
+            _ => return Ok(()),
+        };
+        Err(Error::Region {
+            message: message.to_owned(),
+        })
     }
 
     /// The number of functionals that a job has besides its goals.
@@ -170,10 +280,12 @@ pub trait RadiativeExchange {
         let mut own = own.iter();
         let (mut heat, mut walked_fluxes) = (Vec::new(), Vec::new());
         for (i, (region, u)) in regions.iter().zip(radiosities).enumerate() {
-            let through = self.through_radiosity(region);
+            // What is asked for itself tells everything.
+            let is_asked = region.asked().0 != GlobalQuantity::U;
+            let through = self.through_radiosity(region).filter(|_| !is_asked);
             let walked = match through {
                 Some(_) => Some(u),
-                None if self.is_in_air(region) => None,
+                None if is_asked || self.is_in_air(region) => None,
                 None => own.next(),
             };
             let estimate = walked.map(Statistics::preconditioned);
@@ -219,7 +331,9 @@ pub trait RadiativeExchange {
     /// Irradiances, and net fluxes of bands of heat, from the statistics of u in several channels.
     fn derived_in(&self, colours: &Colours, goals: &[Goal], statistics: &[Statistics]) -> Derived {
         let materials = |region: &Region| match region {
-            Region::Facing { .. } => Some(vec![ARRIVES; colours.names.channels()]),
+            Region::Facing { .. } | Region::Irradiance(_) => {
+                Some(vec![ARRIVES; colours.names.channels()])
+            }
             Region::Whole if self.is_closed() => Some(vec![ARRIVES; colours.names.channels()]),
             region => {
                 let own = self.elements(region).into_iter();
@@ -230,8 +344,13 @@ pub trait RadiativeExchange {
         colours.names.derived(goals, statistics, &materials)
     }
 
-    /// What follows from u of a region and from its irradiance, which follows from u where it is not given.
+    /// What follows from u of a region, or from what else is asked for there, and from its irradiance, which follows from u where it is not
+    /// given.
     fn heat_of(&self, region: &Region, u: Estimate, irradiance: Option<Estimate>) -> Heat {
+        let (quantity, place) = region.asked();
+        if quantity != GlobalQuantity::U {
+            return self.heat_of_asked(quantity, place, u);
+        }
         let in_air = self.is_in_air(region).then(|| self.temperature(u));
         let through = || Some(self.through_radiosity(region)?.irradiance_of(u));
         let irradiance = irradiance.or_else(through);
@@ -243,6 +362,35 @@ pub trait RadiativeExchange {
             hidden_by_flux: hidden_by_flux(&self.elements(region)),
             radiant_temperature: in_air.flatten(),
         }
+    }
+
+    /// What follows from an irradiance or a net flux of a region.
+    fn heat_of_asked(&self, quantity: GlobalQuantity, place: &Region, found: Estimate) -> Heat {
+        let material = self.material(place);
+        let irradiance = match (quantity, material) {
+            (GlobalQuantity::NetFlux, Some(own)) if own.reflectance < 1.0 => {
+                let absorbed = 1.0 - own.reflectance;
+                let arriving = (own.emission - found.estimate) / absorbed;
+                found.derived(arriving, |error| error / absorbed)
+            }
+            (GlobalQuantity::NetFlux, _) => {
+                return Heat {
+                    net_flux: Some(found),
+                    is_flux_given: self.is_reflecting(place),
+                    ..Heat::default()
+                };
+            }
+            _ => found,
+        };
+        // u = F + ρH where there is one material; what else is asked for looks at no u.
+        let u = match material {
+            Some(own) if !self.is_in_air(place) => {
+                let u = own.emission + own.reflectance * irradiance.estimate;
+                irradiance.derived(u, |error| own.reflectance * error)
+            }
+            _ => irradiance,
+        };
+        self.heat_of(place, u, Some(irradiance))
     }
 
     /// Whether a region reflects all: whether its net flux is given.
@@ -288,7 +436,7 @@ pub trait RadiativeExchange {
     }
 }
 
-/// Which goals are certain: u = F where nothing is reflected, and u = 0 in a channel in which no surface emits.
+/// Which goals are certain: u = F where nothing is reflected, a net flux that is given, and u = 0 in a channel in which no surface emits.
 ///
 /// `colours` are `None` in one channel, and where lamps, the sun or a sky shine in all of them.
 #[must_use]
@@ -298,9 +446,29 @@ pub fn certain(
     goals: &[Goal],
 ) -> Vec<bool> {
     let is_certain = |goal: &Goal| {
-        let material = surfaces.material(&goal.region);
+        let (quantity, place) = goal.region.asked();
+        let material = surfaces.material(place);
+        let is_known = |own: Material| match quantity {
+            GlobalQuantity::U => own.reflectance == 0.0,
+            GlobalQuantity::Irradiance => false,
+            GlobalQuantity::NetFlux => own.reflectance >= 1.0,
+        };
         let is_dark = |colours: &Colours| goal.channel.is_some_and(|own| colours.is_dark(own));
-        material.is_some_and(|own| own.reflectance == 0.0) || colours.is_some_and(is_dark)
+        material.is_some_and(is_known) || colours.is_some_and(is_dark)
     };
     goals.iter().map(is_certain).collect()
+}
+
+/// Refuses goals that ask for something other than u, of which variances are predicted.
+///
+/// # Errors
+/// [`Error::Region`].
+pub fn only_radiosities(goals: &[Goal]) -> Result<(), Error> {
+    let is_u = |goal: &Goal| goal.region.asked().0 == GlobalQuantity::U;
+    match goals.iter().all(is_u) {
+        true => Ok(()),
+        false => Err(Error::Region {
+            message: "variances are predicted of walks for u: leave `ask` out".to_owned(),
+        }),
+    }
 }

@@ -23,7 +23,7 @@ use serde::{Serialize, Serializer};
 use crate::answer::Answer;
 use crate::choice::ChoiceReport;
 use crate::execute::CellCount;
-use crate::{Choices, Goal, Method, Model, Region, Sensitivities, Settings};
+use crate::{Choices, GlobalQuantity, Goal, Method, Model, Region, Sensitivities, Settings};
 use fredholm_model::Heat;
 use fredholm_model::numbers::with_decimals;
 
@@ -135,6 +135,9 @@ pub(crate) fn is_zero<T: PartialEq + Default>(count: &T) -> bool {
 pub struct GoalReport {
     /// The goal's name; of several channels, the target's and that of the channel.
     pub name: String,
+    /// What is asked for, if it is not u: "irradiance" or "net_flux".
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ask: Option<&'static str>,
     /// The name of the channel, or of the sum of all, if there are several.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub channel: Option<String>,
@@ -454,6 +457,14 @@ pub(crate) fn word_of<S: Serializer>(stop: &StopReason, to: S) -> Result<S::Ok, 
     })
 }
 
+/// The unit of what a goal asks for.
+fn unit_of(model: &dyn Model, goal: &Goal) -> Option<&'static str> {
+    match goal.region.asked().0 {
+        GlobalQuantity::Irradiance => model.irradiance_unit(),
+        _ => model.unit(),
+    }
+}
+
 impl GoalReport {
     fn new(
         model: &dyn Model,
@@ -464,7 +475,7 @@ impl GoalReport {
         rounding_floor: f64,
     ) -> Self {
         let walks = statistics.walks();
-        let unit = model.unit();
+        let unit = unit_of(model, goal);
         let preconditioned = EstimateReport::new(statistics.preconditioned(), walks, unit);
         let bar = preconditioned.std_error.map(|own| own.max(rounding_floor));
         let deviation = preconditioned.std_error.and(preconditioned.std_dev);
@@ -499,18 +510,20 @@ impl GoalReport {
             estimate: None,
             std_error: None,
             std_dev: None,
-            unit: model.unit(),
+            unit: unit_of(model, goal),
         };
+        let (quantity, place) = goal.region.asked();
         let error = value.zip(exact).map(|(value, exact)| value - exact);
         let bar = bar.filter(|&bar| bar > 0.0);
         Self {
             name: goal.name.clone(),
+            ask: (quantity != GlobalQuantity::U).then(|| quantity.word()),
             channel: None,
-            at: Coordinates::new(model, &goal.region),
-            position: model.position(&goal.region),
+            at: Coordinates::new(model, place),
+            position: model.position(place),
             corners: Vec::new(),
-            over: Over::new(model, &goal.region),
-            weight: match goal.region {
+            over: Over::new(model, place),
+            weight: match *place {
                 Region::Weight(number) => model.weight(number).map(str::to_owned),
                 _ => None,
             },

@@ -2,7 +2,7 @@
 
 use crate::common;
 
-use common::{Folder, ended};
+use common::{Folder, ended, refused};
 
 /// A room with a screen in it, of these materials.
 fn room_with_screen(materials: [&str; 3]) -> String {
@@ -563,4 +563,55 @@ fn light_of_the_sky() {
         let file = folder.file("wrong.toml", night(sky));
         common::refused(&common::fredholm(&["solve", &file]), &[words]);
     }
+}
+
+/// A black plate under a black sky of its own: what is asked for is what is converged, and named.
+#[test]
+fn what_is_asked_for_in_place_of_u() {
+    let folder = Folder::new();
+    let text = |ask: &str| {
+        format!(
+            "[problem]\nkind = \"scene\"\nopen = true\n[[problem.surface]]\nname = \"a\"\ntemperature = 300\n\
+             polygon = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]\n[[problem.surface]]\nname = \"b\"\ntemperature = 400\n\
+             polygon = [[0, 0, 1], [0, 1, 1], [1, 1, 1], [1, 0, 1]]\n[[target]]\nname = \"a\"\nover = \"a\"\n{ask}\n"
+        )
+    };
+    let solve = |ask: &str, more: &[&str]| folder.solve(&text(ask), more);
+    let irradiance = 0.199_824_895_698_387 * 5.670_374_419e-8 * 400_f64.powi(4);
+    let ran = solve("ask = \"irradiance\"", &["--json", "--target-error", "1"]);
+    assert_eq!(ran.status, Some(0), "{ran:?}");
+    let report = ran.json();
+    let own = &report["targets"][0];
+    let number = |key: &str| own["preconditioned"][key].as_f64().unwrap();
+    assert_eq!(own["ask"], "irradiance");
+    assert!(number("std_error") <= 1.0);
+    assert!(
+        (number("estimate") - irradiance).abs() < 5.0 * number("std_error"),
+        "{own}"
+    );
+    let ran = solve("ask = \"net_flux\"", &["--json", "--walks", "20000"]);
+    let report = ran.json();
+    let own = &report["targets"][0]["preconditioned"];
+    let exact = 5.670_374_419e-8 * 300_f64.powi(4) - irradiance;
+    let off = (own["estimate"].as_f64().unwrap() - exact).abs();
+    assert!(
+        off < 5.0 * own["std_error"].as_f64().unwrap() && own["unit"] == "W/m2",
+        "{own}"
+    );
+    let table = solve("ask = \"net_flux\"", &["--walks", "2000"]).stdout;
+    assert!(table.contains("a: net flux, W/m2"), "{table}");
+    refused(
+        &solve("ask = \"brightness\"", &[]),
+        &["problem.toml:14:7", "brightness"],
+    );
+    let in_air = text("ask = \"irradiance\"").replace("over = \"a\"", "at = [0.5, 0.5, 0.5]");
+    refused(
+        &folder.solve(&in_air, &[]),
+        &["problem.toml:14:7", "no light falls"],
+    );
+    let cube = "[problem]\nkind = \"cube\"\nkernel = \"0.5\"\nsource = \"1\"\n[[target]]\nname = \"a\"\nat = 0.5\nask = \"irradiance\"\n";
+    refused(
+        &folder.solve(cube, &[]),
+        &["problem.toml:8:7", "belongs to rooms and scenes"],
+    );
 }

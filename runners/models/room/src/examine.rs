@@ -3,6 +3,7 @@
 use fredholm_core::galerkin::Cells as _;
 use fredholm_core::{At, LastStep};
 use fredholm_model::drawn::{Sites, wanted_sites};
+use fredholm_model::heat::only_radiosities;
 use fredholm_model::{Error, Examined, Request};
 use fredholm_room::{Grading, Mesh, Point, Seen, Tables};
 use fredholm_variance::{Density, DrawnModel, DrawnStart, Walked};
@@ -18,6 +19,7 @@ impl RoomSystem<'_> {
         nodes: usize,
         then: &mut dyn FnMut(&Examined<'_>) -> Result<(), Error>,
     ) -> Result<(), Error> {
+        only_radiosities(request.goals)?;
         let model = self.cut.model;
         let tables = self.cut.tables::<f64>();
         let room = tables.tables.room();

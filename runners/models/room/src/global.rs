@@ -8,6 +8,7 @@ use std::sync::OnceLock;
 use fredholm_core::Real;
 use fredholm_core::galerkin::legendre;
 use fredholm_core::global::{BasisScores, GlobalTask, Scores};
+use fredholm_model::heat::RadiativeExchange as _;
 use fredholm_model::numbers::{dot, largest};
 use fredholm_model::{
     CellNodes, Error, GlobalField, GlobalQuantity, GlobalRequest, GlobalSystem, IMAGE_HEAD, Region,
@@ -207,6 +208,16 @@ impl RoomField<'_> {
     ) -> Result<(), Error> {
         let mut moments = vec![0.0; self.unknowns()];
         match region {
+            Region::Irradiance(of) => return self.image(room, GlobalQuantity::Irradiance, of, out),
+            Region::NetFlux(of) => {
+                self.image(room, GlobalQuantity::NetFlux, of, out)?;
+                // Of a part it is that out of all of its length.
+                if let Region::Part(_) | Region::Parts(_) | Region::Whole = **of {
+                    let elements = self.cut.model.elements(of);
+                    let length: f64 = elements.iter().map(|own| own.size).sum();
+                    out.iter_mut().for_each(|out| *out /= length);
+                }
+            }
             Region::On(surface, t) => {
                 let (wall, fraction) = self.cut.model.scene.along(*surface, *t)?;
                 let x = room.on_wall(wall, fraction)?;

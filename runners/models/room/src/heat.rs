@@ -16,11 +16,12 @@ impl RadiativeExchange for RoomModel {
     }
 
     fn is_in_air(&self, region: &Region) -> bool {
-        matches!(region, Region::Point(_))
+        matches!(region.place(), Region::Point(_))
     }
 
     /// None of all: different walls have no irradiance in common.
     fn elements(&self, region: &Region) -> Vec<Element> {
+        let region = region.place();
         let walls = match region {
             Region::On(surface, t) => {
                 let at = self.scene.along(*surface, *t);

@@ -303,12 +303,13 @@ impl Model for RoomModel {
     fn check_goals(&self, goals: &[Goal]) -> Result<(), Error> {
         let mut in_air = Vec::new();
         for goal in goals {
+            self.check_asked(&goal.region, self.colours().is_some())?;
             if let Region::Point(x) = &goal.region
                 && let [x, y] = *x.as_slice()
             {
                 in_air.push([x, y]);
             } else {
-                self.check_region(&goal.region)?;
+                self.check_region(goal.region.place())?;
             }
         }
         // All at once, as every look takes a mesh.

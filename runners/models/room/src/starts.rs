@@ -2,10 +2,10 @@
 
 use fredholm_core::{
     At, Dependence, Equation, Functional, Goal, Goals, LastStep, Lights as _, NoDraws, Real,
-    Sensitivities, StartOf, Uniforms, Value,
+    Scaled, Sensitivities, StartOf, Uniforms, Value,
 };
 use fredholm_model::channels::{self, with_sum};
-use fredholm_model::heat::{RadiativeExchange as _, certain};
+use fredholm_model::heat::{Asked, RadiativeExchange as _, certain};
 use fredholm_model::{Error, Region, Request, Wanted, WithJob};
 use fredholm_room::{Grey, Irradiance, Point, Room, Seen, Tint, Wide};
 
@@ -28,29 +28,41 @@ impl RoomModel {
         let regions = channels::regions(self, self.colours(), request)?;
         let weights = self.weights();
         let (mut goals, mut galerkin) = (Vec::new(), Vec::new());
-        let mut add = |start, region: &Region| {
+        let channels = equation.channels();
+        let mut add = |region: &Region, asked: &Asked| {
+            let start = match (self.start(equation, region)?, asked.is_arriving) {
+                (Start::Point(at), true) => Start::Light(Irradiance(at)),
+                (Start::Mean(mean), true) => Start::LightMean(Irradiance(mean)),
+                (other, _) => other,
+            };
+            let constant = Wide::<F, C>::splat(channels, asked.constant);
+            let of = |own: Wide<F, C>| own.scaled(asked.factor).plus(&constant);
             let known = self.known(equation, &start, region)?;
             let (mean, is_exact) = self.mean_of_v(equation, &start, region, follow)?;
-            galerkin.extend(with_sum(&mean.plus(&known), weights));
+            galerkin.extend(with_sum(&of(mean.plus(&known)), weights));
             goals.push(Goal {
-                functional: start,
-                control_mean: is_exact.then_some(mean),
-                known,
+                functional: Scaled {
+                    of: start,
+                    factor: F::from_f64(asked.factor),
+                },
+                control_mean: is_exact.then(|| mean.scaled(asked.factor)),
+                known: of(known),
             });
             Ok::<(), Error>(())
         };
+        // Plain walks for u may end where they start.
+        let is_alone = request.wanted == Wanted::Derivatives || follow.v.is_none();
         for region in &regions {
-            add(self.start(equation, region)?, region)?;
+            add(region.place(), &self.asked(region, is_alone))?;
         }
         // Where irradiance does not follow from u it takes walks of its own.
         for region in &regions {
             if weights.is_empty() && self.takes_walks(region, request.wanted == Wanted::U) {
-                let start = match self.start(equation, region)? {
-                    Start::Point(at) => Start::Light(Irradiance(at)),
-                    Start::Mean(mean) => Start::LightMean(Irradiance(mean)),
-                    other => other,
+                let arriving = Asked {
+                    is_arriving: true,
+                    ..Asked::U
                 };
-                add(start, region)?;
+                add(region, &arriving)?;
             }
         }
         galerkin.truncate(request.goals.len());

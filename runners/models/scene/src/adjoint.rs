@@ -6,7 +6,7 @@
 
 use fredholm_core::{Functional, MOST_CHANNELS};
 use fredholm_model::heat::RadiativeExchange as _;
-use fredholm_model::{Error, Goal, Region, Subject};
+use fredholm_model::{Error, GlobalQuantity, Goal, Region, Subject};
 use fredholm_scene::{ColourTables, Grey, Scene, Sources, share};
 
 use crate::SceneModel;
@@ -52,8 +52,16 @@ impl Adjoint {
                     .to_owned(),
             );
         };
+        let is_flux = |goal: &Goal| matches!(goal.region, Region::NetFlux(_));
+        if goals.iter().any(is_flux) {
+            return refuse(
+                "walks from the sources serve radiosities and irradiances: leave `adjoint` out, or `ask`"
+                    .to_owned(),
+            );
+        }
         let regions = forward.regions(goals, false);
-        let radiosities = regions.iter().map(|region| (region, true));
+        let is_u = |region: &Region| region.asked().0 == GlobalQuantity::U;
+        let radiosities = regions.iter().map(|region| (region, is_u(region)));
         // What is not reflected has an irradiance of its own.
         let walked = regions
             .iter()

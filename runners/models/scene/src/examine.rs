@@ -3,7 +3,7 @@
 use fredholm_core::galerkin::Cells as _;
 use fredholm_core::{At, LastStep};
 use fredholm_model::drawn::{Sites, wanted_sites};
-use fredholm_model::heat::RadiativeExchange as _;
+use fredholm_model::heat::{RadiativeExchange as _, only_radiosities};
 use fredholm_model::{Error, Examined, Request};
 use fredholm_scene::{Cells, Grey, Point, Radiosity, Tables};
 use fredholm_variance::{Density, DrawnModel, DrawnStart, Walked as Drawn};
@@ -43,6 +43,7 @@ impl SceneSystem<'_> {
             neighbour: &*neighbour,
             absorption: request.walk.absorption,
         };
+        only_radiosities(request.goals)?;
         let places = cut.places(&model.regions(request.goals, true))?;
         let (mut starts, mut known) = (Vec::new(), Vec::new());
         for (number, place) in (0..).zip(&places) {

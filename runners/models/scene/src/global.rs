@@ -155,10 +155,23 @@ impl GlobalField for SceneField<'_> {
                 let cells = self.cut.faces.iter().enumerate();
                 cells.filter(|(_, cell)| faces.binary_search(&cell.face).is_ok())
             };
-            // A flux is that out of all of the area.
+            let (asked, _) = region.asked();
+            let is_black =
+                |face: &u32| self.cut.model.scene.faces()[*face as usize].reflectance <= 0.0;
+            if asked != GlobalQuantity::U && faces.iter().any(is_black) {
+                return Err(Error::Region {
+                    message: "the global estimate of a scene is one of u, which tells no irradiance of a black surface: leave `global` out"
+                        .to_owned(),
+                });
+            }
+            // A flux is that out of all of the area, unless it is a target.
             let area: f64 = match quantity {
                 GlobalQuantity::NetFlux => 1.0,
                 _ => own().map(|(_, cell)| cell.area).sum(),
+            };
+            let quantity = match asked {
+                GlobalQuantity::U => quantity,
+                asked => asked,
             };
             for (number, cell) in own() {
                 self.add(quantity, number, cell.area / area, out);

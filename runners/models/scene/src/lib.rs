@@ -4,6 +4,7 @@ mod adjoint;
 mod camera;
 mod examine;
 mod export;
+mod faces;
 mod global;
 mod heat;
 mod notes;
@@ -24,6 +25,7 @@ use fredholm_scene::{ColourTables, Surface};
 
 use adjoint::Adjoint;
 pub use camera::Camera;
+pub use faces::{FaceValues, FacesRequest};
 pub use fredholm_model::Beside;
 use fredholm_model::channels::ColouredPart;
 pub use fredholm_model::channels::Colours;
@@ -294,6 +296,12 @@ impl SceneModel {
             .map_or(&self.scene, |adjoint| &adjoint.scene)
     }
 
+    /// Whether faces see no surface; where nothing else shines they receive nothing.
+    fn is_dark(&self, faces: &[u32]) -> bool {
+        let mut all = faces.iter();
+        !faces.is_empty() && all.all(|&face| self.scene.sees_nothing(face as usize))
+    }
+
     /// The channels of walks, if they have several.
     fn face_channels(&self) -> Option<ColourTables<f64>> {
         let own = || {
@@ -397,13 +405,14 @@ impl Model for SceneModel {
 
     fn check_goals(&self, goals: &[Goal]) -> Result<(), Error> {
         let check = |goal: &Goal| {
-            if let Region::Part(part) = goal.region
+            self.check_asked(&goal.region, self.colours().is_some())?;
+            if let Region::Part(part) = goal.region.place()
                 && self
                     .scene
-                    .faces_of(part)
+                    .faces_of(*part)
                     .is_ok_and(|faces| faces.is_empty())
             {
-                let message = notes::without_faces(self.part(part).unwrap_or("?"));
+                let message = notes::without_faces(self.part(*part).unwrap_or("?"));
                 return Err(Error::Region { message });
             }
             Place::new(&self.scene, &goal.region).map(|_| ())

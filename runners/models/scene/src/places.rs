@@ -24,7 +24,7 @@ impl Place {
     pub(crate) fn new(scene: &Scene, region: &Region) -> Result<Self, Error> {
         let wrong = |message: String| Err(Error::Region { message });
         let geometry = scene.geometry();
-        match region {
+        match region.place() {
             Region::Whole => Ok(Self::Faces((0..scene.faces().len() as u32).collect())),
             Region::Part(part) => Ok(Self::Faces(faces_of(scene, &[*part])?)),
             Region::Parts(parts) if !parts.is_empty() => Ok(Self::Faces(faces_of(scene, parts)?)),
@@ -61,6 +61,15 @@ impl Place {
                 "a scene has points on its surfaces and between them, means over surfaces, and the mean over all"
                     .to_owned(),
             ),
+        }
+    }
+
+    /// The faces over which a mean is, or on which a point lies.
+    pub(crate) fn faces(&self) -> &[u32] {
+        match self {
+            Self::Point(face, _) => core::slice::from_ref(face),
+            Self::Faces(faces) => faces,
+            _ => &[],
         }
     }
 

@@ -1,13 +1,13 @@
 //! The walks of a scene: what is asked for, and what is known of it beforehand.
 
 use fredholm_core::{
-    At, Dependence, Equation as _, Functional as _, Generators as _, Goal, Goals, Job, Lights as _,
-    NoDraws, Real, RngUniforms, Sensitivities, Sobol, SobolPoint, Start, Value, WalkNumber,
+    At, Dependence, Equation as _, Functional, Generators as _, Goal, Goals, Job, Lights as _,
+    NoDraws, Real, RngUniforms, Scaled, Sensitivities, Sobol, SobolPoint, Start, Value, WalkNumber,
     WalkSeeds,
 };
 use fredholm_model::channels::{self, with_sum};
 use fredholm_model::cost::PointwisePairs;
-use fredholm_model::heat::{RadiativeExchange as _, certain};
+use fredholm_model::heat::{Asked, RadiativeExchange as _, certain};
 use fredholm_model::numbers::largest;
 use fredholm_model::{Error, Prepared, Region, Request, Then, Wanted};
 use fredholm_scene::{Point, Sources, Tint, Wide};
@@ -20,9 +20,9 @@ use crate::system::{AnyNeighbour, SceneSystem};
 const LOOKS: u64 = 4096;
 
 /// (v, Φ) and what starts know, about: from starts that are spread evenly.
-fn seen_from<F: Real, C: Tint<F>>(
-    origin: &Origin<'_, F>,
-    equation: &Walked<'_, F, C>,
+fn seen_from<'r, F: Real, C: Tint<F>>(
+    origin: &impl Functional<Walked<'r, F, C>>,
+    equation: &Walked<'r, F, C>,
     neighbour: &AnyNeighbour<'_, F, C::Value>,
 ) -> Wide<F, C> {
     let seeds = WalkSeeds::<Sobol>::new(0, 0);
@@ -42,7 +42,43 @@ fn seen_from<F: Real, C: Tint<F>>(
     sum.scaled(1.0 / LOOKS as f64)
 }
 
+/// Where walks start, a number of times.
+pub(crate) type Starts<'a, F> = Scaled<Origin<'a, F>, F>;
+
 impl Cut<'_> {
+    /// The goal of what is asked for where walks start: in a point of faces, or all over these. `v`: the neighbour equation and its
+    /// solution.
+    pub(crate) fn goal<'o, F: Real, C: Tint<F>>(
+        &self,
+        equation: &Walked<'_, F, C>,
+        v: Option<(&AnyNeighbour<'_, F, C::Value>, &[F])>,
+        (origin, faces): (&'o Origin<'o, F>, &[u32]),
+        asked: &Asked,
+    ) -> Goal<Starts<'o, F>, Wide<F, C>> {
+        let channels = equation.channels();
+        let start = match asked.is_arriving {
+            true => Origin::Arriving(origin),
+            false => *origin,
+        };
+        let mean = match (v, &start) {
+            (None, _) => Some(Wide::<F, C>::splat(channels, 0.0)),
+            (Some((neighbour, _)), Origin::Point(At(x))) => {
+                Some(neighbour.value(&neighbour.locate(*x)).wide())
+            }
+            (Some((_, v)), Origin::Mean(_)) => Some(self.mean(faces, v)),
+            _ => None,
+        };
+        let constant = Wide::<F, C>::splat(channels, asked.constant);
+        Goal {
+            functional: Scaled {
+                of: start,
+                factor: F::from_f64(asked.factor),
+            },
+            control_mean: mean.map(|own| own.scaled(asked.factor)),
+            known: start.known(equation.0).scaled(asked.factor).plus(&constant),
+        }
+    }
+
     /// Prepares walks, of plain Monte Carlo if nothing is solved, and hands them on.
     pub(crate) fn job<F: Real, C: Tint<F>>(
         &self,
@@ -65,48 +101,45 @@ impl Cut<'_> {
         let origins = origins.map(|(place, ends)| place.origin(equation.0, ends, sources.as_ref()));
         let origins = origins.collect::<Result<Vec<Origin<'_, F>>, Error>>()?;
         let nothing = Wide::<F, C>::splat(equation.channels(), 0.0);
+        // Plain walks for u may end where they start.
+        let is_alone = request.wanted == Wanted::Derivatives || solved.is_none();
+        let asked: Vec<Asked> = match &model.adjoint {
+            Some(_) => vec![Asked::U],
+            None => (regions.iter().map(|region| model.asked(region, is_alone))).collect(),
+        };
+        let v = tables.as_ref().map(|tables| (&*neighbour, tables.v()));
         let (mut goals, mut galerkin) = (Vec::new(), Vec::new());
-        for (place, origin) in places.iter().zip(&origins) {
-            let known = match &model.adjoint {
-                Some(adjoint) => Wide::<F, C>::from_fn(adjoint.known.len(), |c| adjoint.known[c]),
-                None => origin.known(equation.0),
-            };
-            let control_mean = match (&tables, origin, place) {
-                (None, ..) => Some(nothing),
-                (Some(_), Origin::Point(At(x)), _) => {
-                    Some(neighbour.value(&neighbour.locate(*x)).wide())
-                }
-                (Some(tables), _, Place::Faces(faces)) => Some(self.mean(faces, tables.v())),
-                _ => None,
-            };
-            if tables.is_some() && galerkin.len() < request.goals.len() {
-                let own = control_mean.unwrap_or_else(|| seen_from(origin, equation, &*neighbour));
-                galerkin.extend(with_sum(&own.plus(&known), model.weights()));
+        for ((place, origin), asked) in places.iter().zip(&origins).zip(&asked) {
+            let mut goal = self.goal(equation, v, (origin, place.faces()), asked);
+            if let Some(adjoint) = &model.adjoint {
+                goal.known = Wide::<F, C>::from_fn(adjoint.known.len(), |c| adjoint.known[c]);
             }
-            goals.push(Goal {
-                functional: *origin,
-                control_mean,
-                known,
-            });
+            if v.is_some() && galerkin.len() < request.goals.len() {
+                let own = goal
+                    .control_mean
+                    .unwrap_or_else(|| seen_from(&goal.functional, equation, &*neighbour));
+                galerkin.extend(with_sum(&own.plus(&goal.known), model.weights()));
+            }
+            goals.push(goal);
         }
         let others = model.scene.sky().is_some() || !model.scene.beams().is_empty();
         let mut known = certain(model, model.colours().filter(|_| !others), request.goals);
         known.resize(known.len().max(goals.len()), false);
+        let is_dark = |place: &Place| !others && model.is_dark(place.faces());
+        for ((known, asked), place) in known.iter_mut().zip(&asked).zip(&places) {
+            *known |= asked.is_arriving && is_dark(place);
+        }
         for ((region, origin), place) in regions.iter().zip(&origins).zip(&places) {
             if model.colours().is_none() && model.takes_walks(region, request.wanted == Wanted::U) {
                 goals.push(Goal {
-                    functional: Origin::Arriving(origin),
+                    functional: Scaled {
+                        of: Origin::Arriving(origin),
+                        factor: F::from_f64(1.0),
+                    },
                     control_mean: None,
                     known: nothing,
                 });
-                // What sees no surface, no lamp and no sky receives nothing.
-                let is_alone = |&face: &u32| model.scene.sees_nothing(face as usize);
-                let faces = match place {
-                    Place::Point(face, _) => core::slice::from_ref(face),
-                    Place::Faces(faces) => faces.as_slice(),
-                    _ => &[],
-                };
-                known.push(!others && !faces.is_empty() && faces.iter().all(is_alone));
+                known.push(is_dark(place));
             }
         }
         // Of plain walks nothing is known, and irradiances of receivers are no goals.
@@ -206,8 +239,11 @@ impl Cut<'_> {
     pub(crate) fn mean<F: Real, W: Value<f64>>(&self, faces: &[u32], v: &[F]) -> W {
         let (channels, functions) = (self.channels(), self.functions());
         let (mut sum, mut area) = (W::splat(channels, 0.0), 0.0);
-        for (cell, own) in self.faces.iter().enumerate() {
-            if faces.binary_search(&own.face).is_ok() {
+        for &face in faces {
+            let first = self.faces.partition_point(|own| own.face < face);
+            let own = self.faces.get(first..).unwrap_or(&[]).iter();
+            let own = own.take_while(|own| own.face == face);
+            for (cell, own) in (first..).zip(own) {
                 let v = |c| {
                     v.get((cell * channels + c) * functions)
                         .map_or(f64::NAN, |v: &F| v.to_f64())

@@ -5,7 +5,7 @@ use fredholm_core::{MIN_SCORED_WALKS, Statistics, Tolerance};
 use super::setting::Setting;
 use crate::{Error, Goal, Model};
 use fredholm_model::cost::PointwisePairs;
-use fredholm_model::{Ask, Target, goals};
+use fredholm_model::{Target, goals};
 
 /// The most targets that a pilot has.
 const TARGETS: usize = 8;
@@ -44,7 +44,7 @@ impl Sample {
         let share = count as f64 / kept as f64;
         let mut weights = Vec::new();
         for target in &mut few {
-            let Ask::Grid { points, .. } = &mut target.ask else {
+            let Some(points) = target.ask.points() else {
                 weights.extend(vec![share; channels]);
                 continue;
             };

@@ -74,7 +74,9 @@ impl Report {
         // Points of a grid are told by their place.
         let places = any(|t| t.name.ends_with(']') && t.place().is_some());
         let errors = any(|t| t.error.is_some());
-        let unit = self.goals.iter().find_map(|t| t.plain.unit);
+        // What is asked for in place of u has its unit beside its name.
+        let mut of_u = self.goals.iter().filter(|t| t.ask.is_none());
+        let unit = of_u.find_map(|t| t.plain.unit);
         let own = |name: &str| with_unit(name, unit);
         let mut head = vec!["target".to_owned()];
         if places {
@@ -86,7 +88,7 @@ impl Report {
             head.extend([own("error"), "z".to_owned()]);
         }
         let heats = heats(&self.goals);
-        head.extend(heads_of_heats(&self.goals, unit));
+        head.extend(heads_of_heats(&self.goals));
         let mut rows = vec![head];
         rows.extend(
             self.goals
@@ -174,6 +176,17 @@ impl GoalReport {
         }
     }
 
+    /// The name for people, with what is asked for if it is not u.
+    pub(super) fn title(&self) -> String {
+        match self.ask {
+            Some(ask) => with_unit(
+                &format!("{}: {}", self.name, ask.replace('_', " ")),
+                self.preconditioned.unit,
+            ),
+            None => self.name.clone(),
+        }
+    }
+
     /// The row of the table, with the place, the error and what there is of heat if other rows have them.
     fn row(&self, places: bool, errors: bool, heats: [bool; 4]) -> Vec<String> {
         // An error of (v, Φ) counts, too.
@@ -189,7 +202,7 @@ impl GoalReport {
             Some(_) => " (of few walks)",
             None => "",
         };
-        let mut row = vec![self.name.clone()];
+        let mut row = vec![self.title()];
         if places {
             row.push(self.place().unwrap_or_default());
         }
@@ -239,14 +252,12 @@ pub(super) fn heats(goals: &[GoalReport]) -> [bool; 4] {
 }
 
 /// The heads of what these goals have of heat.
-pub(super) fn heads_of_heats(
-    goals: &[GoalReport],
-    unit: Option<&str>,
-) -> impl Iterator<Item = String> {
+pub(super) fn heads_of_heats(goals: &[GoalReport]) -> impl Iterator<Item = String> {
     let arriving = goals.iter().find_map(|goal| goal.irradiance?.unit);
+    let leaving = goals.iter().find_map(|goal| goal.net_flux?.unit);
     let names = [
         with_unit("irradiance", arriving),
-        with_unit("net flux", unit),
+        with_unit("net flux", leaving),
         "temperature, K".to_owned(),
         "mean radiant temperature, K".to_owned(),
     ];

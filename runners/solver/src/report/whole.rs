@@ -181,7 +181,7 @@ impl GlobalReport {
             head.extend([own("error"), "z".to_owned()]);
         }
         let there = heats(&self.targets);
-        head.extend(heads_of_heats(&self.targets, unit));
+        head.extend(heads_of_heats(&self.targets));
         let mut rows = vec![head];
         let targets = self.targets.iter();
         rows.extend(targets.map(|target| target.row_of_whole(has_errors, there)));
@@ -267,7 +267,7 @@ impl GoalReport {
         let optional = |x: Option<f64>| x.map_or(String::new(), short);
         let found = &self.preconditioned;
         let mut row = vec![
-            self.name.clone(),
+            self.title(),
             self.place().unwrap_or_default(),
             self.exact
                 .map_or("-".to_owned(), |exact| format!("{exact:.7}")),

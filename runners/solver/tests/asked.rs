@@ -1,0 +1,296 @@
+//! What is asked for in place of u: irradiances and net fluxes, to an error of their own.
+
+use fredholm::room::Surfaces;
+use fredholm::scene::{Enclosure, FacesRequest, Material, NamedSurface, Temperatures, shapes};
+use fredholm::{
+    GlobalQuantity, Region, Report, RoomModel, Scalar, SceneModel, Settings, Solver, Tolerance,
+};
+
+const NAMES: [&str; 6] = ["floor", "ceiling", "front", "back", "left", "right"];
+
+/// Howell's C-11: between opposite sides of a cube.
+const OPPOSITE: f64 = 0.199_824_895_698_387;
+
+/// A cube of these materials.
+fn cube(materials: [Material; 6]) -> SceneModel {
+    let sides = shapes::room([0.0; 3], [1.0; 3]).surfaces.into_iter();
+    let surfaces = sides.zip(NAMES).zip(materials);
+    let surfaces = surfaces.map(|((polygons, name), material)| NamedSurface {
+        name: name.to_owned(),
+        polygons,
+        material,
+    });
+    SceneModel::new(surfaces.collect(), Enclosure::Closed, Scalar::F64).unwrap()
+}
+
+/// A dark cube of this reflectance whose ceiling emits 1.
+fn lit(reflectance: f64) -> SceneModel {
+    let mut all = [Material {
+        reflectance,
+        emission: 0.0,
+    }; 6];
+    all[1].emission = 1.0;
+    cube(all)
+}
+
+fn irradiance(region: Region) -> Region {
+    GlobalQuantity::Irradiance.of(region)
+}
+
+fn net_flux(region: Region) -> Region {
+    GlobalQuantity::NetFlux.of(region)
+}
+
+/// The estimate of a goal and its standard error, which rounding may be larger than.
+fn found(report: &Report, goal: usize) -> [f64; 2] {
+    let goal = &report.goals[goal];
+    let error = goal.preconditioned.std_error.unwrap();
+    [
+        goal.preconditioned.estimate.unwrap(),
+        error.max(goal.rounding_floor),
+    ]
+}
+
+/// Asserts that a number is within five standard errors: once in two million times it is not.
+fn assert_near([estimate, error]: [f64; 2], exact: f64) {
+    let off = (estimate - exact).abs();
+    assert!(
+        off <= 5.0 * error + 1e-12,
+        "{estimate} ± {error}, and not {exact}"
+    );
+}
+
+#[test]
+fn black_surfaces_have_irradiances_to_their_own_error() {
+    let cube = lit(0.0);
+    let solver = Solver::new(&cube).goal("floor", irradiance(Region::Part(0)));
+    let report = solver.solve_to(2e-4).unwrap();
+    let own = found(&report, 0);
+    assert!(own[1] <= 2e-4);
+    assert_near(own, OPPOSITE);
+    let goal = &report.goals[0];
+    assert_eq!(goal.ask, Some("irradiance"));
+    assert_eq!(
+        goal.irradiance.unwrap().estimate,
+        goal.preconditioned.estimate
+    );
+}
+
+#[test]
+fn the_error_is_that_of_the_irradiance() {
+    // u = ρH here, whose error is a tenth of that of H.
+    let cube = lit(0.1);
+    let solver = Solver::new(&cube).goal("floor", irradiance(Region::Part(0)));
+    let report = solver.solve_to(2e-3).unwrap();
+    let [value, error] = found(&report, 0);
+    assert!(error <= 2e-3, "{error}");
+    let of_u = Solver::new(&cube)
+        .goal("floor", Region::Part(0))
+        .solve_to(1e-4)
+        .unwrap();
+    let u = found(&of_u, 0);
+    assert_near([value - u[0] / 0.1, error.hypot(u[1] / 0.1)], 0.0);
+}
+
+fn warm() -> SceneModel {
+    let mut all = [Material::grey(0.9, 300.0); 6];
+    all[0] = Material::grey(0.6, 340.0);
+    all[1] = Material::grey(1.0, 280.0);
+    all[2] = Material::flux(25.0);
+    cube(all).with_heat(Temperatures {
+        emissivities: vec![None, None, Some(0.8), None, None, None],
+        net_fluxes: true,
+    })
+}
+
+#[test]
+fn net_fluxes_are_those_of_the_balance() {
+    let room = warm();
+    let mut solver = Solver::new(&room).cells(24).degree(1).walks(20_000);
+    for (number, name) in NAMES.iter().enumerate() {
+        solver = solver.goal(name, net_flux(Region::Part(number)));
+    }
+    let report = solver.solve().unwrap();
+    let energy = report.energy.as_ref().unwrap();
+    for (number, surface) in energy.surfaces.iter().enumerate() {
+        let [asked, error] = found(&report, number);
+        assert_eq!(report.goals[number].preconditioned.unit, Some("W/m2"));
+        let other = surface.net_flux.unwrap();
+        let both = error.hypot(other.std_error.unwrap());
+        // The sides have the area 1.
+        assert_near([asked - other.estimate.unwrap(), both + 1e-9], 0.0);
+        assert_eq!(number == 2, surface.is_given);
+    }
+    // What is given is known, and the temperature that follows from an irradiance is that which follows from u.
+    assert_eq!(found(&report, 2)[0], 25.0);
+    let front = |region| {
+        let solver = Solver::new(&room).cells(24).degree(1).walks(20_000);
+        let report = solver.goal("front", region).solve().unwrap();
+        report.goals[0].temperature.unwrap()
+    };
+    let [a, b] = [front(Region::Part(2)), front(irradiance(Region::Part(2)))];
+    let both = a.std_error.unwrap().hypot(b.std_error.unwrap());
+    assert_near([a.estimate.unwrap() - b.estimate.unwrap(), both], 0.0);
+}
+
+#[test]
+fn what_has_none_is_refused() {
+    let refused = |model: &SceneModel, region: Region, words: &str| {
+        let error = Solver::new(model).goal("a", region).walks(100).solve();
+        let error = error.unwrap_err().to_string();
+        assert!(error.contains(words), "{error}");
+    };
+    let in_air = Region::Point(vec![0.5; 3]);
+    refused(&lit(0.5), irradiance(in_air), "no light falls");
+    refused(
+        &lit(0.5),
+        net_flux(Region::Part(0)),
+        "a net flux is one of heat",
+    );
+    refused(
+        &warm(),
+        net_flux(Region::Parts(vec![0, 1])),
+        "several materials",
+    );
+    let twice = irradiance(irradiance(Region::Part(0)));
+    refused(&warm(), twice, "one quantity");
+    // A light meter has an irradiance anyhow.
+    let meter = Region::Facing {
+        at: [0.5; 3],
+        direction: [0.0, 0.0, 1.0],
+    };
+    let cube = lit(0.0);
+    let report = Solver::new(&cube)
+        .goal("a", irradiance(meter))
+        .walks(20_000)
+        .solve();
+    // Howell's C-13, from the middle of the cube to its ceiling.
+    let exact =
+        4.0 / core::f64::consts::PI * (1.0 / f64::sqrt(2.0)) * f64::atan(1.0 / f64::sqrt(2.0));
+    assert_near(found(&report.unwrap(), 0), exact);
+}
+
+#[test]
+fn derivatives_of_an_irradiance() {
+    let cube = lit(0.5);
+    let solver = Solver::new(&cube).goal("floor", irradiance(Region::Part(0)));
+    let solver = solver.cells(24).degree(1).walks(40_000);
+    let found = solver.sensitivities().unwrap();
+    // H is in proportion to the only emission, which is 1.
+    let value = self::found(&solver.solve().unwrap(), 0);
+    let own = found
+        .derivatives
+        .iter()
+        .find(|own| own.quantity == "ceiling emission")
+        .unwrap();
+    let error = own.std_error.unwrap().hypot(value[1]);
+    assert_near([own.derivative - value[0], error], 0.0);
+    assert!(own.derivative > 0.2);
+}
+
+/// A square whose ceiling emits 1.
+fn square(reflectance: f64) -> RoomModel {
+    let dark = Material {
+        reflectance,
+        emission: 0.0,
+    };
+    let lamp = Material {
+        reflectance,
+        emission: 1.0,
+    };
+    let surfaces = Surfaces::default()
+        .with("floor", &[[0.0, 0.0], [1.0, 0.0]], dark)
+        .with("right", &[[1.0, 0.0], [1.0, 1.0]], dark)
+        .with("ceiling", &[[1.0, 1.0], [0.0, 1.0]], lamp)
+        .with("left", &[[0.0, 1.0], [0.0, 0.0]], dark);
+    RoomModel::new(surfaces, Scalar::F64).unwrap()
+}
+
+#[test]
+fn rooms_in_the_plane_have_them_too() {
+    let room = square(0.0);
+    let solver = Solver::new(&room)
+        .goal("mean", irradiance(Region::Part(0)))
+        .goal("middle", irradiance(Region::On(0, 0.5)));
+    let report = solver.solve_to(1e-4).unwrap();
+    // Hottel's crossed strings, and the sine of the angle to the ceiling's end.
+    assert_near(found(&report, 0), f64::sqrt(2.0) - 1.0);
+    assert_near(found(&report, 1), 0.5 / f64::sqrt(1.25));
+    assert!(
+        report
+            .goals
+            .iter()
+            .all(|goal| goal.preconditioned.std_error.unwrap() <= 1e-4)
+    );
+}
+
+#[test]
+fn the_global_estimate_tells_them() {
+    let room = square(0.5);
+    let goals = [
+        irradiance(Region::Part(0)),
+        irradiance(Region::On(0, 0.5)),
+        Region::Part(0),
+    ];
+    let solve = |global: bool| {
+        let settings = Settings {
+            global: Some(global),
+            cells: Some(40),
+            walks: Some(40_000),
+            ..Settings::default()
+        };
+        let solver = Solver::with(&room, settings, Vec::new());
+        let solver = goals
+            .iter()
+            .enumerate()
+            .fold(solver, |solver, (i, region)| {
+                solver.goal(&format!("goal {i}"), region.clone())
+            });
+        let report = solver.solve().unwrap();
+        [0, 1, 2].map(|goal| found(&report, goal))
+    };
+    let (whole, separate) = (solve(true), solve(false));
+    for (a, b) in whole.iter().zip(&separate) {
+        assert_near([a[0] - b[0], a[1].hypot(b[1])], 0.0);
+    }
+    // u = ρH.
+    assert!((whole[0][0] * 0.5 - whole[2][0]).abs() < 1e-9);
+}
+
+#[test]
+fn every_face_has_its_own() {
+    let request = |tolerance, is_plain, cells: Option<usize>| {
+        let settings = Settings {
+            tolerance,
+            cells,
+            walks: Some(400),
+            ..Settings::default()
+        };
+        let (cut, walk) = (settings.discretisation(), settings.walk_options());
+        let request = FacesRequest {
+            quantity: GlobalQuantity::Irradiance,
+            walk: &walk,
+            is_plain,
+        };
+        lit(0.5).on_faces(&cut, &request, &()).unwrap()
+    };
+    let solver = |number| {
+        let cube = lit(0.5);
+        let report = Solver::new(&cube)
+            .goal("a", irradiance(Region::Part(number)))
+            .solve_to(5e-4);
+        found(&report.unwrap(), 0)
+    };
+    let exact = [0, 1, 2].map(solver);
+    for (is_plain, cells) in [(true, None), (false, Some(24))] {
+        let all = request(None, is_plain, cells);
+        for (own, [value, error]) in all.values.iter().zip(exact) {
+            assert_near([own.value - value, own.error.hypot(error)], 0.0);
+        }
+        assert_eq!(all.walks, 2400);
+    }
+    // Three faces in a hundred have an error that is larger than their own walks told by a tenth.
+    let all = request(Some(Tolerance::Absolute(5e-3)), true, None);
+    assert!(all.values.iter().all(|own| own.error < 6e-3), "{all:?}");
+    assert!(all.values.iter().any(|own| own.error > 2e-3), "{all:?}");
+}
