@@ -162,6 +162,28 @@ impl Scene {
         surfaces: &[Surface<'_>],
         enclosure: Enclosure,
     ) -> Result<Self, SceneError> {
+        Self::within::<F>(surfaces, enclosure, 0.0)
+    }
+
+    /// A scene as [`new`](Self::new) has it, whose vertices may be off the planes that were meant by a distance that its coordinates do not tell:
+    /// vertices that were joined, say.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    ///
+    /// ```
+    /// use fredholm_scene::{Enclosure, Scene, SceneError, shapes};
+    ///
+    /// let room = shapes::room([0.0; 3], [1.0; 3]);
+    /// let scene = Scene::within::<f64>(&room.surfaces(), Enclosure::Closed, 1e-4)?;
+    /// assert_eq!(scene.precision().distance, 1e-4);
+    /// # Ok::<(), SceneError>(())
+    /// ```
+    pub fn within<F: Real>(
+        surfaces: &[Surface<'_>],
+        enclosure: Enclosure,
+        distance: f64,
+    ) -> Result<Self, SceneError> {
         let raw = read::<F>(surfaces)?;
         let [low, high] = hull(&raw.points);
         let width = (0..3).fold(0.0, |w: f64, k| Real::max(w, high[k] - low[k]));
@@ -170,11 +192,15 @@ impl Scene {
             let at = raw.places.first().copied();
             return Err(at.map_or(SceneError::Empty, SceneError::Coordinate));
         }
+        let of_input = Precision::of(&raw.points, width).of_input::<F>();
         let scale = Scale {
             smallest: width * limits::<F>().smallest,
             width,
             epsilon: F::EPSILON.to_f64(),
-            precision: Precision::of(&raw.points, width).of_input::<F>(),
+            precision: Precision {
+                distance: Real::max(of_input.distance, distance),
+                ..of_input
+            },
         };
         Self::assemble(raw, enclosure, scale)
     }

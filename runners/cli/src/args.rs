@@ -451,6 +451,12 @@ pub(crate) struct FactorsArgs {
     /// Scenes: leave out factors below this one, and scale the others of the row by the same share
     #[arg(long, value_name = "F")]
     pub(crate) drop: Option<f64>,
+    /// Scenes: vertices nearer to each other than this length are one: "1 mm", or in the file's unit
+    #[arg(long, value_name = "LENGTH", value_parser = length)]
+    pub(crate) weld: Option<f64>,
+    /// The zone of EnergyPlus in .idf and .epJSON files [default: the name of the file]
+    #[arg(long, value_name = "NAME")]
+    pub(crate) zone: Option<String>,
     /// Scenes: light may leave, whatever the file says
     #[arg(long)]
     pub(crate) open: bool,
@@ -471,7 +477,8 @@ pub(crate) struct FactorsArgs {
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
     /// Write them to this file: .json, .csv (from, to, factor; zeros left out), .npz (arrays for NumPy; with
-    /// --faces a sparse matrix for SciPy), or .txt (View3D's text format)
+    /// --faces a sparse matrix for SciPy), .txt (View3D's text format), .idf or .epJSON (EnergyPlus), or vfsparse.inp.N or svf.inp.N
+    /// (uDALES; with --faces)
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
     /// Print one JSON document on stdout and nothing else
@@ -490,6 +497,8 @@ impl FactorsArgs {
             rows: Vec::new(),
             seed: None,
             drop: None,
+            weld: None,
+            zone: None,
             open: false,
             faces: false,
             grey: false,
@@ -500,6 +509,13 @@ impl FactorsArgs {
             json: false,
         }
     }
+}
+
+/// A length more than 0, with a unit or without.
+fn length(text: &str) -> Result<f64, String> {
+    let length = fredholm_file::scene::metres(text);
+    let length = length.filter(|length| *length > 0.0 && length.is_finite());
+    length.ok_or_else(|| "a length is a number more than 0, or text such as \"1 mm\"".to_owned())
 }
 
 /// Options of every command that walks.

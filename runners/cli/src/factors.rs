@@ -89,7 +89,7 @@ pub(crate) struct SkyPatch {
 /// Runs `factors`.
 pub(crate) fn factors(args: &FactorsArgs, signals: &Signals) -> Result<Ended, Failure> {
     let output = args.out.as_deref().map(Format::open).transpose()?;
-    let (factors, ended) = match scene::read(&args.file)? {
+    let (factors, ended) = match scene::read(&args.file, args.weld)? {
         Some(file) => {
             let Computed { factors, ended } = scene::factors(args, file, Some(signals))?;
             (factors, ended)
@@ -102,6 +102,10 @@ pub(crate) fn factors(args: &FactorsArgs, signals: &Signals) -> Result<Ended, Fa
             Format::Csv => output.finish_with(|file| factors.csv(file)).map(drop),
             Format::Npz => output.finish(factors.npz()?),
             Format::View3d => output.finish(factors.view3d()),
+            Format::Idf => output.finish(factors.idf(&zone(args))?),
+            Format::EpJson => output.finish(factors.epjson(&zone(args))),
+            Format::Vfsparse => output.finish(factors.vfsparse()),
+            Format::Svf => output.finish(factors.svf()),
         }?)
     });
     print(if args.json {
@@ -113,6 +117,15 @@ pub(crate) fn factors(args: &FactorsArgs, signals: &Signals) -> Result<Ended, Fa
     written.map(|()| ended)
 }
 
+/// The name of the zone of EnergyPlus whose factors these are: that of the file.
+fn zone(args: &FactorsArgs) -> String {
+    let stem = args.file.file_stem().and_then(|stem| stem.to_str());
+    args.zone
+        .clone()
+        .or_else(|| stem.map(str::to_owned))
+        .unwrap_or_default()
+}
+
 /// Form factors, and whether all that was asked for was done.
 pub(crate) struct Computed {
     pub(crate) factors: Factors,
@@ -121,7 +134,7 @@ pub(crate) struct Computed {
 
 /// The form factors that are asked for.
 pub(crate) fn found(args: &FactorsArgs) -> Result<Factors, Failure> {
-    match scene::read(&args.file)? {
+    match scene::read(&args.file, args.weld)? {
         Some(file) => Ok(scene::factors(args, file, None)?.factors),
         None => of_room(args),
     }
@@ -134,18 +147,29 @@ enum Format {
     Csv,
     Npz,
     View3d,
+    Idf,
+    EpJson,
+    Vfsparse,
+    Svf,
 }
 
 impl Format {
     /// What to write where, known to be possible before any work is done.
     fn open(path: &Path) -> Result<(Self, Output), Failure> {
+        let name = path.file_name().and_then(|name| name.to_str());
+        let is_called = |start| name.is_some_and(|name| name.starts_with(start));
         let format = match path.extension().and_then(|e| e.to_str()) {
+            // uDALES has the number of the run at the end.
+            _ if is_called("vfsparse.inp") => Self::Vfsparse,
+            _ if is_called("svf.inp") => Self::Svf,
             Some("json") => Self::Json,
             Some("csv") => Self::Csv,
             Some("npz") => Self::Npz,
             Some("txt") => Self::View3d,
+            Some("idf") => Self::Idf,
+            Some("epJSON" | "epjson") => Self::EpJson,
             _ => {
-                let message = "the name must end in .json, .csv, .npz or .txt";
+                let message = "the name must end in .json, .csv, .npz, .txt, .idf or .epJSON, or be vfsparse.inp.N or svf.inp.N";
                 return Err(Failure::of_out(path, message));
             }
         };
@@ -167,6 +191,7 @@ fn of_room(args: &FactorsArgs) -> Result<Factors, Failure> {
         ("--rows", !args.rows.is_empty()),
         ("--seed", args.seed.is_some()),
         ("--drop", args.drop.is_some()),
+        ("--weld", args.weld.is_some()),
     ];
     if let Some((flag, _)) = flags.iter().find(|(_, given)| *given) {
         let message = format_args!(
@@ -273,7 +298,7 @@ impl Factors {
     }
 
     /// The names of the surfaces of the rows.
-    fn row_names(&self) -> &[String] {
+    pub(crate) fn row_names(&self) -> &[String] {
         self.rows.as_deref().unwrap_or(&self.surfaces)
     }
 

@@ -8,6 +8,7 @@ mod args;
 mod certify;
 mod diagnose;
 mod drawing;
+mod exchange;
 mod export;
 mod factors;
 mod failure;

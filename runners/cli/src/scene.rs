@@ -33,9 +33,14 @@ const PAIR: usize = 16;
 const PRINTED: usize = 48;
 
 /// The scene of a file; `None` if the file is no scene.
-pub(crate) fn read(path: &Path) -> Result<Option<SceneFile>, Failure> {
+pub(crate) fn read(path: &Path, weld: Option<f64>) -> Result<Option<SceneFile>, Failure> {
     if is_mesh(path) {
-        return Ok(Some(file::scene::read(path)?));
+        return Ok(Some(file::scene::read_welded(path, weld)?));
+    }
+    if weld.is_some() {
+        return Err(Failure::input(
+            "`--weld` is for meshes and decks: in a problem file write `weld = \"1 mm\"`",
+        ));
     }
     let is_toml = path
         .extension()
@@ -160,6 +165,12 @@ impl Parts {
             // Of a surface from which the net flux is given it may be known.
             .map(|s| s.emissivity.unwrap_or(1.0 - s.material.reflectance))
             .collect();
+        let unknown = file.without_material().filter(|_| args.grey);
+        if let Some(unknown) = unknown {
+            return Err(Failure::input(format_args!(
+                "`--grey` takes the emissivity of every surface, and {unknown}"
+            )));
+        }
         let mut wanted = Vec::new();
         for name in &args.rows {
             let Some(at) = names.iter().position(|own| own == name) else {
@@ -170,6 +181,21 @@ impl Parts {
                 )));
             };
             wanted.push(at);
+        }
+        // Obstructions of decks hide others and are not reported, where rows can be left out.
+        let is_text = |path: &PathBuf| path.extension().is_some_and(|e| e == "txt");
+        let has_all_rows = args.grey || args.close || args.out.as_ref().is_some_and(is_text);
+        let reported = || file.surfaces.iter().map(|own| !own.is_obstruction);
+        let leaves_out = !has_all_rows && args.rows.is_empty() && reported().any(|own| !own);
+        if leaves_out {
+            let own = reported()
+                .enumerate()
+                .filter(|(_, is_reported)| *is_reported);
+            wanted.extend(own.map(|(at, _)| at));
+            let count = names.len() - wanted.len();
+            say(format_args!(
+                "note: obstructions have no rows: {count} of them"
+            ));
         }
         let places: Vec<Place> = (0..scene.faces().len())
             .filter_map(|f| scene.place(f))
@@ -202,7 +228,7 @@ impl Parts {
             names,
             emissivities,
             group_of,
-            rows: (!args.rows.is_empty()).then_some(rows),
+            rows: (leaves_out || !args.rows.is_empty()).then_some(rows),
             open: file.open,
         })
     }
@@ -449,7 +475,12 @@ fn ascending(mut rows: Vec<Row>) -> Vec<Row> {
 /// Says what was left out, and how precise the coordinates are.
 fn tell(file: &SceneFile, scene: &Scene) {
     let names: Vec<String> = file.surfaces.iter().map(|s| s.name.clone()).collect();
-    for note in fredholm::scene::notes(&names, scene) {
+    for note in file
+        .remarks
+        .iter()
+        .cloned()
+        .chain(fredholm::scene::notes(&names, scene))
+    {
         say(format_args!("note: {note}"));
     }
 }
@@ -627,8 +658,8 @@ pub(crate) fn check(file: &SceneFile, out: Option<&Path>) -> Result<Ended, Failu
         ));
     }
     print(aligned(&rows))?;
-    for remark in &file.remarks {
-        say(format_args!("warning: {remark}"));
+    if let Some(remark) = file.without_material() {
+        say(format_args!("note: {remark}"));
     }
     Ok(Ended::Done)
 }

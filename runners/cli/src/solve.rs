@@ -389,7 +389,7 @@ fn resolvent_rows(
 
 /// Runs `check`.
 pub(crate) fn check(path: &Path, out: Option<&Path>, signals: &Signals) -> Result<Ended, Failure> {
-    let scene = crate::scene::read(path)?;
+    let scene = crate::scene::read(path, None)?;
     if let Some(scene) = &scene {
         let ended = crate::scene::check(scene, out)?;
         // Others are for form factors alone.

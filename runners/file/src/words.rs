@@ -37,12 +37,24 @@ pub(crate) struct Words<'t> {
     pub(crate) line: u32,
 }
 
+/// Stands for the end of a line that goes on: it is a blank, as long as what it stands for.
+const GOES_ON: char = '\u{b}';
+
+/// The text with lines that go on behind a backslash as one line; every byte keeps its place.
+pub(crate) fn joined(text: &str) -> String {
+    let text = text.replace("\\\r\n", " \r\u{b}");
+    text.replace("\\\n", " \u{b}")
+}
+
 /// The lines of a text that say something; what follows one of `comments` does not.
 pub(crate) fn lines<'t>(
     text: &'t str,
     comments: &'static [char],
 ) -> impl Iterator<Item = Words<'t>> {
-    (1..).zip(text.lines()).filter_map(move |(line, content)| {
+    let mut next = 1;
+    text.lines().filter_map(move |content| {
+        let line = next;
+        next += 1 + content.matches(GOES_ON).count() as u32;
         let rest = content.split(comments).next().unwrap_or("").trim_end();
         (!rest.trim_start().is_empty()).then_some(Words { text, rest, line })
     })

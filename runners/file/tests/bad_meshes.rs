@@ -394,9 +394,9 @@ fn files() -> Vec<Case> {
         (
             "a deck is cut short",
             "a.vs3",
-            with(DECK, "End of data\n", ""),
-            "a.vs3:7:1:",
-            "`End of data` is missing",
+            with(DECK, " 0.5 a\nEnd of data\n", ""),
+            "a.vs3:7:",
+            "the line ends before the emissivity",
         ),
         (
             "a deck has two dimensions",
@@ -467,7 +467,7 @@ fn files() -> Vec<Case> {
             "a.dxf",
             Vec::new(),
             "a.dxf:",
-            "an .obj, .stl, .ply or .vs3 file",
+            "an .obj, .stl, .ply, .vs3 or .epJSON file",
         ),
     ]
 }

@@ -2,7 +2,7 @@
 
 use crate::common;
 
-use common::{Folder, ended};
+use common::{Folder, ended, fredholm, refused};
 
 /// View3D's example: two unit squares with a square half-way between, which hides a quarter.
 const DECK: &str = "T Two squares\nC encl=0 list=3\nF 3\nV 1 0 0 0\nV 2 1 0 0\nV 3 1 1 0\nV 4 0 1 0\nV 5 0 0 1\nV 6 1 0 1\n\
@@ -266,4 +266,115 @@ fn sparse_factors_between_polygons() {
         );
         assert_eq!(f64::from_bits(data[k]), *f);
     }
+}
+
+/// A unit cube as a deck, whose ceiling is an obstruction, without its end, and with a corner that is 30 µm off.
+const CUBE_DECK: &str = "T cube\nC encl=1\nF 3\nV 1 0 0 0\nV 2 1 0 0\nV 3 1 1 0\nV 4 0 1 0\nV 5 0 0 1\nV 6 1 0 1\nV 7 1 1 1\nV 8 0 1 1\n\
+    V 9 1.00003 1 1\nS 1 1 2 3 4 0 0 0.9 floor\nO 2 5 8 7 6 0 0 0.9 ceiling\nS 3 1 5 6 2 0 0 0.9 front\nS 4 2 6 9 3 0 0 0.9 right\n\
+    S 5 3 7 8 4 0 0 0.9 back\nS 6 4 8 5 1 0 0 0.9 left\n";
+
+/// Howell's C-11: between opposite sides of a cube.
+const OPPOSITE: f64 = 0.199_824_895_698_387;
+
+#[test]
+fn a_deck_of_a_converter_is_welded() {
+    let folder = Folder::new();
+    let deck = folder.file("cube.vs3", CUBE_DECK);
+    let open = fredholm(&["factors", &deck]);
+    refused(&open, &["`weld = \"1 mm\"` joins vertices"]);
+    refused(
+        &fredholm(&["factors", &deck, "--weld", "1 mile"]),
+        &["a length is a number more than 0"],
+    );
+    let ran = fredholm(&["factors", &deck, "--weld", "1 mm", "--json"]);
+    assert_eq!(ran.status, Some(0), "{ran:?}");
+    for words in [
+        "the deck has no `End of data`",
+        "weld: 1 of 9 vertices moved, by 3.0e-5 at most",
+        "obstructions have no rows: 1 of them",
+    ] {
+        assert!(ran.stderr.contains(words), "{words}: {}", ran.stderr);
+    }
+    let found = ran.json();
+    assert_eq!(found["surfaces"][1], "ceiling");
+    assert_eq!(found["rows"].as_array().unwrap().len(), 5);
+    let factor = found["factors"][0][1].as_f64().unwrap();
+    assert!((factor - OPPOSITE).abs() < 1e-12, "{factor}");
+    let room = folder.file("room.toml", ROOM_OF_TWO);
+    refused(
+        &fredholm(&["factors", &room, "--weld", "1 mm"]),
+        &["in a problem file write `weld"],
+    );
+}
+
+/// Two squares.
+const ROOM_OF_TWO: &str = "[problem]\nkind = \"scene\"\nopen = true\n[[problem.surface]]\nname = \"a\"\n\
+    polygon = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]\n[[problem.surface]]\nname = \"b, c\"\n\
+    polygon = [[0, 0, 1], [0, 1, 1], [1, 1, 1], [1, 0, 1]]\n";
+
+#[test]
+fn factors_for_other_programs() {
+    let folder = Folder::new();
+    let file = folder.file("zone.toml", ROOM_OF_TWO);
+    let written = |name: &str, more: &[&str]| {
+        let out = folder.at(name);
+        let ran = fredholm(&[&["factors", &file, "--out", &out], more].concat());
+        assert_eq!(ran.status, Some(0), "{ran:?}");
+        std::fs::read_to_string(out).unwrap()
+    };
+    let own = "ZoneProperty:UserViewFactors:BySurfaceName";
+    let json: serde_json::Value = serde_json::from_str(&written("z.epJSON", &[])).unwrap();
+    let object = &json[own]["View factors of zone"];
+    assert_eq!(
+        object["zone_or_zonelist_or_space_or_spacelist_name"],
+        "zone"
+    );
+    let pairs = object["view_factors"].as_array().unwrap();
+    assert_eq!(
+        (pairs.len(), &pairs[1]["from_surface"]),
+        (2, &serde_json::json!("b, c"))
+    );
+    assert!((pairs[0]["view_factor"].as_f64().unwrap() - OPPOSITE).abs() < 1e-12);
+    // A name with a comma ends there in IDF.
+    let out = folder.at("z.idf");
+    refused(
+        &fredholm(&["factors", &file, "--out", &out]),
+        &["\"b, c\" has a comma"],
+    );
+    let file = folder.file("zone.toml", ROOM_OF_TWO.replace("b, c", "b"));
+    let ran = fredholm(&["factors", &file, "--out", &out, "--zone", "Office"]);
+    assert_eq!(ran.status, Some(0));
+    let idf = std::fs::read_to_string(&out).unwrap();
+    assert_eq!(
+        idf,
+        format!("{own},\n  Office,\n  a, b, {OPPOSITE:.9},\n  b, a, {OPPOSITE:.9};\n")
+    );
+    assert_eq!(
+        written("vfsparse.inp.100", &["--faces"]),
+        "1 2 0.199825\n2 1 0.199825\n"
+    );
+    assert_eq!(
+        written("svf.inp.100", &["--faces"]),
+        "# sky view factors\n0.800175\n0.800175\n"
+    );
+    let out = folder.at("z.xyz");
+    refused(
+        &fredholm(&["factors", &file, "--out", &out]),
+        &[".idf or .epJSON"],
+    );
+}
+
+#[test]
+fn grey_factors_need_every_material() {
+    let folder = Folder::new();
+    let file = folder.file(
+        "two.toml",
+        ROOM_OF_TWO.replace("name = \"a\"", "name = \"a\"\nemissivity = 0.5"),
+    );
+    refused(
+        &fredholm(&["factors", &file, "--grey"]),
+        &["nothing is said of the material of \"b, c\""],
+    );
+    let ran = fredholm(&["check", &file]);
+    assert!(ran.stderr.contains("black, and dark or at 0 K"), "{ran:?}");
 }

@@ -97,6 +97,7 @@ fn triple(file: &ProblemFile, at: &Placed<Vec<Placed<f64>>>) -> Result<[f64; 3],
 
 impl Kind for Scene {
     fn validate(&self, file: &ProblemFile) -> Result<(), InputError> {
+        self.file.refuse_nothing(&file.source)?;
         if self
             .file
             .sky
@@ -215,7 +216,9 @@ impl Kind for Scene {
     }
 
     fn remarks(&self, _: &ProblemFile) -> Vec<String> {
-        self.file.remarks.clone()
+        let mut remarks = self.file.remarks.clone();
+        remarks.extend(self.file.without_material());
+        remarks
     }
 
     /// Names, polygons, materials and lights, and whether they are of heat; not where they stand.

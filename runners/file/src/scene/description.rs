@@ -8,8 +8,12 @@ use fredholm_scene::{Polygon, shapes};
 use toml::de::{DeTable, DeValue};
 
 use super::material::Given;
-use super::{MAX_POLYGONS, SceneFile, SceneSurface, light, sky, symmetry};
+use super::weld::Outline;
+use super::{
+    MAX_BYTES, MAX_POLYGONS, SceneFile, SceneSurface, light, parse_outlines, sky, symmetry,
+};
 use crate::channels::Bands;
+use crate::load;
 use crate::place::{InputError, Place, Placed, Source};
 use crate::section::{Field, Section, nearest};
 use crate::validate::{UNPRINTABLE, is_printable};
@@ -61,9 +65,11 @@ pub fn parse_description(name: &str, text: &str) -> Result<SceneFile, InputError
     if kind.text()? != "scene" {
         return Err(kind.error("this is no scene: `kind` must be \"scene\""));
     }
+    let scene = of_problem(&source, problem)?;
+    scene.refuse_nothing(&source)?;
     Ok(SceneFile {
         has_targets,
-        ..of_problem(&source, problem)?
+        ..scene
     })
 }
 
@@ -75,6 +81,12 @@ pub(crate) fn of_problem(
     let open = problem.read("open", Field::boolean)?;
     let mesh = problem.optional("mesh");
     let placing = Placing::read(&mut problem)?;
+    if let (None, Some(key)) = (&mesh, &placing.key) {
+        return Err(key.unsuited(
+            "this places the `mesh` of `[problem]`, and there is none: put it into each `[[problem.surface]]`",
+        ));
+    }
+    let weld = problem.optional("weld").as_ref().map(length).transpose()?;
     let planes = symmetry::read(&mut problem)?;
     let sky = sky::read(&mut problem, open.as_ref())?;
     let net_fluxes = problem.read("net_fluxes", Field::boolean)?;
@@ -96,6 +108,7 @@ pub(crate) fn of_problem(
             channels: names,
             in_bands: bands.is_some(),
             is_photometric: photometric.as_ref().is_some_and(|wanted| wanted.value),
+            weld,
             ..SceneFile::default()
         },
         known: HashMap::new(),
@@ -115,9 +128,9 @@ pub(crate) fn of_problem(
     if let Some(field) = surfaces {
         field.tables("in `[[problem.surface]]`", |own| reader.surface(own))?;
     }
+    reader.scene.finish(&source.name)?;
     if reader.scene.surfaces.is_empty() {
-        let message = "a scene needs surfaces: `[[problem.surface]]`, or a `mesh`";
-        return Err(source.error(problem.span.clone(), message));
+        reader.scene.is_empty_at = Some(problem.span.clone());
     }
     if let Some(plane) = planes.first().filter(|_| !reader.scene.lights.is_empty()) {
         return Err(plane.refuse_lights());
@@ -136,18 +149,21 @@ pub(crate) fn of_problem(
 }
 
 /// Where a mesh or a surface is put: scaled, then turned about the axes x, y and z, then moved.
-struct Placing {
+struct Placing<'s, 'i> {
     scale: f64,
     turn: [[f64; 3]; 3],
     shift: [f64; 3],
+    /// The first key of it.
+    key: Option<Field<'s, 'i>>,
 }
 
-impl Placing {
-    fn read(section: &mut Section<'_, '_>) -> Result<Self, InputError> {
+impl<'s, 'i> Placing<'s, 'i> {
+    fn read(section: &mut Section<'s, 'i>) -> Result<Self, InputError> {
         let scale = section.optional("scale");
         let rotate = section.optional("rotate");
         let translate = section.optional("translate");
-        let scale = match &scale {
+        let scale_key = scale;
+        let scale = match &scale_key {
             Some(field) => {
                 let scale = field.number()?.value;
                 if !(scale > 0.0 && scale.is_finite()) {
@@ -170,6 +186,7 @@ impl Placing {
             scale,
             turn,
             shift: three(&translate)?,
+            key: scale_key.or(rotate).or(translate),
         })
     }
 
@@ -178,6 +195,14 @@ impl Placing {
             let turned: f64 = (0..3).map(|j| self.turn[i][j] * p[j]).sum();
             self.scale * turned + self.shift[i]
         })
+    }
+
+    /// A polygon that is not cut yet where it is put.
+    fn moved(&self, mut outline: Outline) -> Outline {
+        let holes = outline.holes.iter_mut().flatten();
+        let points = outline.points.iter_mut().chain(holes);
+        points.for_each(|p| *p = self.apply(*p));
+        outline
     }
 
     fn is_none(&self) -> bool {
@@ -210,13 +235,20 @@ fn product(a: [[f64; 3]; 3], b: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
 
 impl Reader<'_> {
     /// All surfaces of a mesh, or of several.
-    fn mesh(&mut self, field: &Field<'_, '_>, placing: &Placing) -> Result<(), InputError> {
+    fn mesh(&mut self, field: &Field<'_, '_>, placing: &Placing<'_, '_>) -> Result<(), InputError> {
         let paths = match &field.value {
             DeValue::Array(_) => field.strings()?.value,
             _ => Vec::from([field.string()?]),
         };
         for path in &paths {
             let mesh = self.load(path)?;
+            let first = self.scene.surfaces.len();
+            self.scene
+                .outlines
+                .extend(mesh.outlines.into_iter().map(|own| Outline {
+                    surface: first + own.surface,
+                    ..placing.moved(own)
+                }));
             for surface in mesh.surfaces {
                 if self.known.contains_key(&surface.name) {
                     let message =
@@ -235,10 +267,20 @@ impl Reader<'_> {
     fn load(&mut self, path: &Placed<String>) -> Result<SceneFile, InputError> {
         let whole = beside(&self.source.name, &path.value);
         if !super::is_mesh(&whole) {
-            return Err(self.error(&path.place, "a mesh is an .obj, .stl, .ply or .vs3 file"));
+            return Err(self.error(
+                &path.place,
+                "a mesh is an .obj, .stl, .ply, .vs3 or .epJSON file",
+            ));
         }
-        let mut mesh = super::read(&whole).map_err(|error| self.error(&path.place, error))?;
-        let file = self.scene.file(&whole.display().to_string());
+        let name = whole.display().to_string();
+        let mesh = load(&whole, MAX_BYTES);
+        let mesh = mesh.and_then(|bytes| parse_outlines(&name, bytes, self.scene.weld));
+        let mut mesh = mesh.map_err(|error| self.error(&path.place, error))?;
+        self.scene.remarks.append(&mut mesh.remarks);
+        let file = self.scene.file(&name);
+        for outline in &mut mesh.outlines {
+            outline.place.0 = file;
+        }
         for surface in &mut mesh.surfaces {
             for place in &mut surface.places {
                 place.0 = file;
@@ -261,7 +303,9 @@ impl Reader<'_> {
             .into_iter()
             .filter_map(|key| section.optional(key))
             .collect();
-        let inward = section.read("inward", Field::boolean)?;
+        let holes = section.optional("holes");
+        let inward_key = section.optional("inward");
+        let inward = inward_key.as_ref().map(Field::boolean).transpose()?;
         let two_sided = section.read("two_sided", Field::boolean)?;
         let placing = Placing::read(&mut section)?;
         let material = self.material(&mut section)?;
@@ -282,6 +326,12 @@ impl Reader<'_> {
                 return Err(second.error("give one of `polygon`, `polygons`, `box`, `mesh`"));
             }
         };
+        if let Some(key) = inward_key.filter(|_| !matches!(shape.name.as_str(), "box" | "mesh")) {
+            return Err(key.unsuited("`inward` turns a `box` or a `mesh` inside out"));
+        }
+        if let Some(key) = holes.as_ref().filter(|_| shape.name != "polygon") {
+            return Err(key.unsuited("`holes` are cut out of a `polygon`"));
+        }
         if self.known.contains_key(&name.value) {
             let message = format!("a second surface named {:?}", name.value);
             return Err(self.error(&name.place, message));
@@ -294,21 +344,28 @@ impl Reader<'_> {
         let at = self.scene.surfaces.len();
         self.known.insert(name.value.clone(), at);
         self.scene.surfaces.push(own);
-        self.shape(shape, at, inward.is_some_and(|inward| inward.value))?;
+        let (inward, first) = (
+            inward.is_some_and(|inward| inward.value),
+            self.scene.outlines.len(),
+        );
+        self.shape((shape, holes.as_ref()), at, inward)?;
         if let Some(surface) = self.scene.surfaces.get_mut(at) {
             *surface = moved(surface.clone(), &placing);
         }
-        if two_sided.is_some_and(|two| two.value) {
-            self.turned(at, &name)?;
+        for outline in self.scene.outlines.get_mut(first..).unwrap_or_default() {
+            *outline = placing.moved(outline.clone());
         }
-        if self
-            .scene
-            .surfaces
-            .iter()
-            .map(|s| s.polygons.len())
-            .sum::<usize>()
-            > MAX_POLYGONS
-        {
+        if two_sided.is_some_and(|two| two.value) {
+            let back = self.scene.add_back(at);
+            if (self.known)
+                .insert(back.clone(), self.scene.surfaces.len() - 1)
+                .is_some()
+            {
+                let message = format!("a second surface named {back:?}");
+                return Err(self.error(&name.place, message));
+            }
+        }
+        if self.scene.polygons() > MAX_POLYGONS {
             return Err(self.error(
                 &name.place,
                 format_args!("more than {MAX_POLYGONS} polygons"),
@@ -318,14 +375,29 @@ impl Reader<'_> {
     }
 
     /// The polygons of a surface.
-    fn shape(&mut self, field: &Field<'_, '_>, at: usize, inward: bool) -> Result<(), InputError> {
+    fn shape(
+        &mut self,
+        (field, holes): (&Field<'_, '_>, Option<&Field<'_, '_>>),
+        at: usize,
+        inward: bool,
+    ) -> Result<(), InputError> {
         let place = |field: &Field<'_, '_>| (0, field.source.locate(field.span.start).line as u32);
         let mut add = |field: &Field<'_, '_>, points: &[[f64; 3]]| {
             let added = self.scene.add(at, points, place(field));
             added.map_err(|message| field.error(message))
         };
         match field.name.as_str() {
-            "polygon" => add(field, &polygon(field)?),
+            "polygon" => {
+                let points = polygon(field)?;
+                let mut cut_out = Vec::new();
+                if let Some(holes) = holes {
+                    for hole in holes.items("a list of polygons")? {
+                        cut_out.push(polygon(&hole)?);
+                    }
+                }
+                let added = self.scene.add_without(at, (&points, cut_out), place(field));
+                added.map_err(|message| field.error(message))
+            }
             "polygons" => {
                 let mut items = field.items("a list of polygons")?;
                 items.try_for_each(|item| add(&item, &polygon(&item)?))
@@ -347,7 +419,19 @@ impl Reader<'_> {
             }
             _ => {
                 let path = field.string()?;
-                let mesh = self.load(&path)?;
+                let mut mesh = self.load(&path)?;
+                if inward {
+                    let polygons = mesh.surfaces.iter_mut().flat_map(|own| &mut own.polygons);
+                    polygons.for_each(|polygon| *polygon = shapes::reversed(polygon));
+                    for outline in &mut mesh.outlines {
+                        outline.points.reverse();
+                        outline.holes.iter_mut().for_each(|hole| hole.reverse());
+                    }
+                }
+                let outlines = mesh.outlines.into_iter();
+                self.scene
+                    .outlines
+                    .extend(outlines.map(|own| Outline { surface: at, ..own }));
                 if let Some(surface) = self.scene.surfaces.get_mut(at) {
                     for part in mesh.surfaces {
                         surface.polygons.extend(part.polygons);
@@ -357,29 +441,6 @@ impl Reader<'_> {
                 Ok(())
             }
         }
-    }
-
-    /// Polygons of a surface seen from the other side, as a surface of their own.
-    fn turned(&mut self, at: usize, name: &Placed<String>) -> Result<(), InputError> {
-        let Some(mut back) = self.scene.surfaces.get(at).cloned() else {
-            return Ok(());
-        };
-        back.name.push_str(" (back)");
-        for polygon in &mut back.polygons {
-            *polygon = shapes::reversed(polygon);
-        }
-        if self
-            .known
-            .insert(back.name.clone(), self.scene.surfaces.len())
-            .is_some()
-        {
-            return Err(self.error(
-                &name.place,
-                format_args!("a second surface named {:?}", back.name),
-            ));
-        }
-        self.scene.surfaces.push(back);
-        Ok(())
     }
 
     /// The material of a surface of the mesh.
@@ -412,7 +473,7 @@ fn beside(name: &str, path: &str) -> PathBuf {
 }
 
 /// The surface where it is put.
-fn moved(mut surface: SceneSurface, placing: &Placing) -> SceneSurface {
+fn moved(mut surface: SceneSurface, placing: &Placing<'_, '_>) -> SceneSurface {
     if !placing.is_none() {
         for polygon in &mut surface.polygons {
             *polygon = match polygon {
@@ -422,6 +483,37 @@ fn moved(mut surface: SceneSurface, placing: &Placing) -> SceneSurface {
         }
     }
     surface
+}
+
+/// A length in the scene's unit, which is a metre where it is text with a unit: "1 mm".
+fn length(field: &Field<'_, '_>) -> Result<f64, InputError> {
+    let metres = match &field.value {
+        DeValue::String(text) => metres(text),
+        _ => Some(field.number()?.value),
+    };
+    let metres = metres.filter(|metres| *metres > 0.0 && metres.is_finite());
+    metres.ok_or_else(|| {
+        field.error(
+            "a length is a number more than 0, or text such as \"1 mm\", \"0.5 cm\" or \"2 m\"",
+        )
+    })
+}
+
+/// The metres of a text such as "1 mm".
+#[must_use]
+pub fn metres(text: &str) -> Option<f64> {
+    let text = text.trim();
+    let units = [
+        ("um", 1e-6),
+        ("µm", 1e-6),
+        ("mm", 1e-3),
+        ("cm", 1e-2),
+        ("m", 1.0),
+    ];
+    let (number, unit) = (units.iter())
+        .find_map(|(name, unit)| Some((text.strip_suffix(name)?, *unit)))
+        .unwrap_or((text, 1.0));
+    Some(number.trim_end().parse::<f64>().ok()? * unit)
 }
 
 /// Three numbers.

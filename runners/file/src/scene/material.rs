@@ -25,6 +25,7 @@ pub(super) struct Given {
 
 impl SceneSurface {
     pub(super) fn give(&mut self, given: &Given) {
+        self.has_material = true;
         self.material = given.material;
         self.colours.clone_from(&given.colours);
         self.emissivity = given.emissivity;

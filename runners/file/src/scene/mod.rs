@@ -1,9 +1,11 @@
-//! Scenes in space from files: OBJ, STL, PLY, View3D decks, and TOML, which may name the others.
+//! Scenes in space from files: OBJ, STL, PLY, View3D decks, models of EnergyPlus, and TOML, which may name the others.
 //!
 //! A mesh is a list of surfaces by name, each of polygons. What has more than four vertices, or four that are not in a
 //! plane, is cut into triangles.
 
+mod arrays;
 mod description;
+mod epjson;
 mod light;
 mod material;
 mod obj;
@@ -13,25 +15,31 @@ mod sky;
 mod stl;
 mod symmetry;
 mod vs3;
+mod weld;
 
 use core::fmt::Display;
+use core::ops::Range;
 use std::collections::HashSet;
 use std::path::Path;
 
-use fredholm_scene::{Beam, Enclosure, Material, Polygon, Scene, SceneError, Surface};
+use fredholm_scene::{Beam, Enclosure, Material, Polygon, Scene, SceneError, Surface, shapes};
 
+pub use arrays::{ArraySurface, SceneArrays};
 pub(crate) use description::of_problem;
-pub use description::{is_description, parse_description};
+pub use description::{is_description, metres, parse_description};
 pub use sky::SkyBands;
 
 pub use crate::section::nearest;
 
-use crate::words::{Words, Wrong, lines};
+use crate::words::{Words, Wrong, joined, lines};
 use crate::{InputError, Source, load};
+use weld::Outline;
 
 /// A commented description of a scene, as `fredholm init scene` prints it.
 pub const TEMPLATE: &str = include_str!("../../templates/scene.toml");
 
+/// The most names in a remark.
+const MOST_NAMES: usize = 8;
 /// The most bytes of a mesh file.
 const MAX_BYTES: u64 = 1 << 30;
 /// The most polygons of a scene.
@@ -64,8 +72,41 @@ pub struct SceneFile {
     pub has_targets: bool,
     /// Remarks on what was changed while reading, for people.
     pub remarks: Vec<String>,
+    /// The distance below which vertices are one, if it is given: polygons are cut when all of them are known.
+    weld: Option<f64>,
+    /// How far vertices have moved by that, at most.
+    moved: f64,
+    /// The polygons that are not cut yet.
+    outlines: Vec<Outline>,
     /// The files that polygons stand in.
-    names: Vec<String>,
+    names: Vec<Origin>,
+    /// Where the file should have surfaces and has none, until arrays give some.
+    is_empty_at: Option<Range<usize>>,
+}
+
+/// What polygons come from, in which each has a number.
+#[derive(Clone, Debug)]
+enum Origin {
+    /// A file of lines.
+    Lines(String),
+    /// An array of this name, from 0.
+    Array(&'static str),
+}
+
+impl Origin {
+    fn place(&self, number: u32) -> String {
+        match self {
+            Self::Lines(name) => format!("{name}:{number}"),
+            Self::Array(name) => format!("{name}[{number}]"),
+        }
+    }
+
+    fn name(&self) -> &str {
+        match self {
+            Self::Lines(name) => name,
+            Self::Array(name) => name,
+        }
+    }
 }
 
 /// A surface of a scene file.
@@ -81,6 +122,12 @@ pub struct SceneSurface {
     pub colours: Vec<Material>,
     /// The emissivity, if the net flux is given and this is known.
     pub emissivity: Option<f64>,
+    /// Whether it hides others and is not reported: an obstruction of a View3D deck.
+    pub is_obstruction: bool,
+    /// Whether something is said of its material; it is black otherwise.
+    pub has_material: bool,
+    /// The surface whose backs these are.
+    back_of: Option<usize>,
     /// Where each polygon stands: a file, and a line or another number of it.
     places: Vec<(u32, u32)>,
 }
@@ -94,6 +141,9 @@ impl SceneSurface {
             material: Material::BLACK,
             colours: Vec::new(),
             emissivity: None,
+            is_obstruction: false,
+            has_material: false,
+            back_of: None,
             places: Vec::new(),
         }
     }
@@ -120,7 +170,7 @@ impl SceneFile {
         } else {
             Enclosure::Closed
         };
-        Scene::new::<F>(&surfaces, enclosure)
+        Scene::within::<F>(&surfaces, enclosure, self.moved)
             .and_then(|scene| scene.with_beams(self.lights.clone()))
             .and_then(|scene| {
                 let light = self.sky.as_ref().map(SkyBands::light).transpose()?;
@@ -153,7 +203,7 @@ impl SceneFile {
             let surface = self.surfaces.get(at.surface)?;
             let &(file, line) = surface.places.get(at.polygon)?;
             let file = self.names.get(file as usize)?;
-            Some((format!("{file}:{line}"), at.surface, &surface.name))
+            Some((file.place(line), at.surface, &surface.name))
         };
         let places: Vec<_> = [first, second]
             .into_iter()
@@ -161,20 +211,82 @@ impl SceneFile {
             .filter_map(describe)
             .collect();
         let Some((place, ..)) = places.first() else {
-            let name = self.names.first().map_or("", String::as_str);
+            let name = self.names.first().map_or("", Origin::name);
             return InputError::new(format_args!("{name}: {error}"));
         };
         let known: Vec<String> = places
             .iter()
             .map(|(place, number, name)| format!("surface {number} is {name:?}, {place}"))
             .collect();
-        InputError::new(format_args!("{place}: {error} ({})", known.join("; ")))
+        let hint = match error {
+            SceneError::Degenerate(_) | SceneError::TJunction { .. } | SceneError::Open { .. } => {
+                "; `weld = \"1 mm\"` joins vertices that are nearer to each other, and leaves out what is thinner"
+            }
+            _ => "",
+        };
+        InputError::new(format_args!(
+            "{place}: {error} ({}){hint}",
+            known.join("; ")
+        ))
     }
 
     /// The place of a file in the list.
     fn file(&mut self, name: &str) -> u32 {
-        self.names.push(name.to_owned());
+        self.names.push(Origin::Lines(name.to_owned()));
         (self.names.len() - 1) as u32
+    }
+
+    /// A remark on surfaces of whose material nothing is said, which are black.
+    #[must_use]
+    pub fn without_material(&self) -> Option<String> {
+        let own = self.surfaces.iter().filter(|own| !own.has_material);
+        let names: Vec<String> = own.map(|own| format!("{:?}", own.name)).collect();
+        let (first, rest) = names.split_at(names.len().min(MOST_NAMES));
+        let more = match rest.len() {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
+        (!first.is_empty()).then(|| {
+            format!(
+                "nothing is said of the material of {}{more}: black, and dark or at 0 K",
+                first.join(", ")
+            )
+        })
+    }
+
+    /// Refuses a file without surfaces.
+    pub(crate) fn refuse_nothing(&self, source: &Source) -> Result<(), InputError> {
+        let message = "a scene needs surfaces: `[[problem.surface]]`, or a `mesh`";
+        match &self.is_empty_at {
+            Some(place) => Err(source.error(place.clone(), message)),
+            None => Ok(()),
+        }
+    }
+
+    /// Adds the polygons of a surface seen from the other side, as a surface of their own, whose name this is.
+    fn add_back(&mut self, surface: usize) -> String {
+        let Some(mut back) = self.surfaces.get(surface).cloned() else {
+            return String::new();
+        };
+        back.name.push_str(" (back)");
+        back.back_of = Some(surface);
+        let name = back.name.clone();
+        self.surfaces.push(back);
+        self.fill_back(self.surfaces.len() - 1);
+        name
+    }
+
+    /// Gives a surface of backs the polygons that it has the backs of.
+    fn fill_back(&mut self, at: usize) {
+        let front = self.surfaces.get(at).and_then(|back| back.back_of);
+        let Some(front) = front.and_then(|front| self.surfaces.get(front)) else {
+            return;
+        };
+        let polygons = front.polygons.iter().map(shapes::reversed).collect();
+        let places = front.places.clone();
+        if let Some(back) = self.surfaces.get_mut(at) {
+            (back.polygons, back.places) = (polygons, places);
+        }
     }
 
     /// Adds a polygon with any number of vertices to a surface.
@@ -184,19 +296,72 @@ impl SceneFile {
         points: &[[f64; 3]],
         place: (u32, u32),
     ) -> Result<(), String> {
+        self.add_without(surface, (points, Vec::new()), place)
+    }
+
+    /// Adds a polygon less some holes.
+    fn add_without(
+        &mut self,
+        surface: usize,
+        (points, holes): (&[[f64; 3]], Vec<Vec<[f64; 3]>>),
+        place: (u32, u32),
+    ) -> Result<(), String> {
+        if surface >= self.surfaces.len() {
+            return Err("there is no such surface".to_owned());
+        }
+        if points.len() < 3 || holes.iter().any(|hole| hole.len() < 3) {
+            return Err("a polygon has at least three vertices".to_owned());
+        }
+        if points.len() + holes.iter().map(Vec::len).sum::<usize>() > MAX_VERTICES {
+            return Err(format!("a polygon has at most {MAX_VERTICES} vertices"));
+        }
+        if self.weld.is_none() {
+            return self.cut(surface, points, &holes, place, 0.0);
+        }
+        let points = points.to_vec();
+        self.outlines.push(Outline {
+            surface,
+            points,
+            holes,
+            place,
+        });
+        Ok(())
+    }
+
+    /// Adds a polygon less some holes, cut into triangles and quadrilaterals; holes may be off its plane by this.
+    fn cut(
+        &mut self,
+        surface: usize,
+        points: &[[f64; 3]],
+        holes: &[Vec<[f64; 3]>],
+        place: (u32, u32),
+        off: f64,
+    ) -> Result<(), String> {
         let Some(surface) = self.surfaces.get_mut(surface) else {
             return Err("there is no such surface".to_owned());
         };
-        if points.len() < 3 {
-            return Err("a polygon has at least three vertices".to_owned());
-        }
-        if points.len() > MAX_VERTICES {
-            return Err(format!("a polygon has at most {MAX_VERTICES} vertices"));
-        }
+        let whole = match holes.is_empty() {
+            true => Vec::new(),
+            false => outline::without(points, holes, off).map_err(|off| {
+                format!("a part that is cut out of this polygon is {off:.3e} off its plane")
+            })?,
+        };
+        let points = if whole.is_empty() { points } else { &whole };
         outline::cut(points, &mut |polygon| {
             surface.polygons.push(polygon);
             surface.places.push(place);
         })
+    }
+
+    fn place_of(&self, (file, number): (u32, u32)) -> String {
+        let origin = self.names.get(file as usize);
+        origin.map_or_else(String::new, |origin| origin.place(number))
+    }
+
+    /// The number of polygons so far, cut or not.
+    fn polygons(&self) -> usize {
+        let cut: usize = self.surfaces.iter().map(|own| own.polygons.len()).sum();
+        cut + self.outlines.len()
     }
 }
 
@@ -225,6 +390,7 @@ enum Format {
     Stl,
     Ply,
     Vs3,
+    EpJson,
 }
 
 /// The format of a file by the end of its name.
@@ -235,6 +401,7 @@ fn format_of(path: &Path) -> Option<Format> {
         "stl" => Some(Format::Stl),
         "ply" => Some(Format::Ply),
         "vs3" => Some(Format::Vs3),
+        "epjson" => Some(Format::EpJson),
         _ => None,
     }
 }
@@ -250,7 +417,18 @@ pub fn is_mesh(path: &Path) -> bool {
 /// # Errors
 /// What cannot be read, or is wrong, with its place.
 pub fn read(path: &Path) -> Result<SceneFile, InputError> {
-    parse_mesh(&path.display().to_string(), load(path, MAX_BYTES)?)
+    read_welded(path, None)
+}
+
+/// Reads a mesh or deck, and welds its vertices: those nearer to each other than a distance are one, if it is given.
+///
+/// # Errors
+/// What cannot be read, or is wrong, with its place.
+pub fn read_welded(path: &Path, weld: Option<f64>) -> Result<SceneFile, InputError> {
+    let name = path.display().to_string();
+    let mut scene = parse_outlines(&name, load(path, MAX_BYTES)?, weld)?;
+    scene.finish(&name)?;
+    Ok(scene)
 }
 
 /// Reads the mesh or deck of this name, whose end says the format.
@@ -258,38 +436,82 @@ pub fn read(path: &Path) -> Result<SceneFile, InputError> {
 /// # Errors
 /// What is wrong, with its place.
 pub fn parse_mesh(name: &str, bytes: Vec<u8>) -> Result<SceneFile, InputError> {
+    let mut scene = parse_outlines(name, bytes, None)?;
+    scene.finish(name)?;
+    Ok(scene)
+}
+
+/// The surfaces of a mesh or deck; what is to be welded is not cut yet.
+fn parse_outlines(name: &str, bytes: Vec<u8>, weld: Option<f64>) -> Result<SceneFile, InputError> {
     let Some(format) = format_of(Path::new(name)) else {
         return Err(InputError::new(format_args!(
-            "{name}: a mesh is an .obj, .stl, .ply or .vs3 file"
+            "{name}: a mesh is an .obj, .stl, .ply, .vs3 or .epJSON file"
         )));
     };
-    let mut scene = SceneFile::default();
+    let mut scene = SceneFile {
+        weld,
+        ..SceneFile::default()
+    };
     let file = scene.file(name);
     match format {
         Format::Stl => stl::read(&mut scene, file, name, &bytes)?,
         Format::Ply => ply::read(&mut scene, file, name, &bytes)?,
+        Format::EpJson => epjson::read(&mut scene, file, name, &bytes)?,
         _ => {
             // Names and comments may be in any encoding; numbers are not.
             let text = String::from_utf8_lossy(&bytes).into_owned();
+            let read = match format {
+                Format::Obj => obj::read(&mut scene, file, &joined(&text)),
+                _ => vs3::read(&mut scene, file, &text),
+            };
             let source = Source {
                 name: name.to_owned(),
                 text,
             };
-            let read = match format {
-                Format::Obj => obj::read(&mut scene, file, &source.text),
-                _ => vs3::read(&mut scene, file, &source.text),
-            };
             read.map_err(|wrong| wrong.at(&source))?;
         }
     }
-    scene
-        .surfaces
-        .retain(|surface| !surface.polygons.is_empty());
+    let mut used = vec![false; scene.surfaces.len()];
+    for outline in &scene.outlines {
+        used[outline.surface] = true;
+    }
+    // Groups of OBJ files without faces.
+    let is_used = |(at, own): (usize, &SceneSurface)| used[at] || !own.polygons.is_empty();
+    let kept: Vec<bool> = scene.surfaces.iter().enumerate().map(is_used).collect();
+    let numbers: Vec<usize> = kept
+        .iter()
+        .scan(0, |next, &kept| {
+            let own = *next;
+            *next += usize::from(kept);
+            Some(own)
+        })
+        .collect();
+    let mut kept = kept.into_iter();
+    scene.surfaces.retain(|_| kept.next() == Some(true));
+    for outline in &mut scene.outlines {
+        outline.surface = numbers[outline.surface];
+    }
     distinguish(&mut scene.surfaces);
     if scene.surfaces.is_empty() {
         return Err(InputError::new(format_args!("{name}: there are no faces")));
     }
     Ok(scene)
+}
+
+impl SceneFile {
+    /// Welds and cuts what is left to be.
+    fn finish(&mut self, name: &str) -> Result<(), InputError> {
+        let Some(near) = self.weld.take() else {
+            return Ok(());
+        };
+        self.weld(near)?;
+        match self.surfaces.iter().all(|own| own.polygons.is_empty()) {
+            true => Err(InputError::new(format_args!(
+                "{name}: no polygon is wider than the weld, {near}"
+            ))),
+            false => Ok(()),
+        }
+    }
 }
 
 /// An error of a file without lines, or one that no line shows.

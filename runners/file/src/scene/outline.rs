@@ -59,14 +59,125 @@ fn is_flat([a, b, c, d]: [Point; 4]) -> bool {
     off <= FLAT * across * size.sqrt() && turns.iter().all(|&t| dot(t, double) > 0.0)
 }
 
+/// The outline of a polygon less some holes, each joined to it by a slit. A hole that touches the outline is left out: whoever lies on it
+/// is cut out where faces meet.
+///
+/// # Errors
+/// A hole is not in the polygon's plane to within `off`: by how much it is off.
+pub(super) fn without(points: &[Point], holes: &[Vec<Point>], off: f64) -> Result<Vec<Point>, f64> {
+    let (normal, hub) = (
+        area_vector(points),
+        points.first().copied().unwrap_or_default(),
+    );
+    let length = dot(normal, normal).sqrt();
+    let size = points.iter().map(|&p| dot(sub(p, hub), sub(p, hub)));
+    let size = size.fold(0.0, f64::max).sqrt();
+    let mut all = points.to_vec();
+    for hole in holes {
+        let distance = |&p: &Point| (dot(normal, sub(p, hub)) / length).abs();
+        let furthest = hole.iter().map(distance).fold(0.0, f64::max);
+        if !(furthest <= off + IN_PLANE * size) {
+            return Err(furthest);
+        }
+        if !hole
+            .iter()
+            .all(|&p| is_within(points, p, normal, off + IN_PLANE * size))
+        {
+            continue;
+        }
+        let mut ring = hole.clone();
+        // Holes go round the other way.
+        if dot(area_vector(&ring), normal) > 0.0 {
+            ring.reverse();
+        }
+        let Some((at, from)) = slit(&all, &ring, normal) else {
+            continue;
+        };
+        ring.rotate_left(from);
+        let back = [ring[0], all[at]];
+        all.splice(at + 1..at + 1, ring.into_iter().chain(back));
+    }
+    Ok(all)
+}
+
+/// By how much a hole may miss the plane of its polygon, as a share of the size of that: coordinates have few digits.
+const IN_PLANE: f64 = 1e-6;
+
+/// Twice the area vector of a polygon.
+pub(super) fn area_vector(points: &[Point]) -> Point {
+    let hub = points.first().copied().unwrap_or_default();
+    points.windows(2).skip(1).fold([0.0; 3], |sum, pair| {
+        let t = turn(hub, pair[0], pair[1]);
+        from_fn(|k| sum[k] + t[k])
+    })
+}
+
+/// The edges of a closed outline.
+fn edges(points: &[Point]) -> impl Iterator<Item = [Point; 2]> + '_ {
+    let next = points.iter().cycle().skip(1);
+    points.iter().zip(next).map(|(&a, &b)| [a, b])
+}
+
+/// Whether a point is inside of an outline, and further than `off` from it.
+fn is_within(points: &[Point], p: Point, normal: Point, off: f64) -> bool {
+    let is_near = |[a, b]: [Point; 2]| {
+        let (span, aim) = (sub(b, a), sub(p, a));
+        let t = (dot(span, aim) / dot(span, span)).clamp(0.0, 1.0);
+        let aside: Point = from_fn(|k| aim[k] - t * span[k]);
+        dot(aside, aside).sqrt() <= off
+    };
+    if edges(points).any(is_near) {
+        return false;
+    }
+    // The sum of the angles around it is a whole turn.
+    let angle = |[a, b]: [Point; 2]| {
+        let (a, b) = (sub(a, p), sub(b, p));
+        let sine = dot(cross(a, b), normal) / dot(normal, normal).sqrt();
+        libm::atan2(sine, dot(a, b))
+    };
+    edges(points).map(angle).sum::<f64>() > core::f64::consts::PI
+}
+
+/// The shortest line from an outline to a hole that crosses neither: the numbers of its ends.
+fn slit(points: &[Point], hole: &[Point], normal: Point) -> Option<(usize, usize)> {
+    let side = |a: Point, b: Point, c: Point| dot(turn(a, b, c), normal);
+    let crosses = |p: Point, q: Point, [a, b]: [Point; 2]| {
+        let is_end = [a, b].iter().any(|&end| end == p || end == q);
+        !is_end && side(p, q, a) * side(p, q, b) <= 0.0 && side(a, b, p) * side(a, b, q) <= 0.0
+    };
+    // Of an outline with slits a vertex may be there twice: the line must leave into the inside.
+    let is_inside = |k: usize, q: Point| {
+        let n = points.len();
+        let [a, b, c] = [points[(k + n - 1) % n], points[k], points[(k + 1) % n]];
+        let [before, after] = [side(a, b, q) > 0.0, side(b, c, q) > 0.0];
+        match side(a, b, c) > 0.0 {
+            true => before && after,
+            false => before || after,
+        }
+    };
+    let mut best: Option<(f64, usize, usize)> = None;
+    for (k, &p) in points.iter().enumerate() {
+        for (l, &q) in hole.iter().enumerate() {
+            let length = dot(sub(q, p), sub(q, p));
+            let is_better = best.is_none_or(|(least, ..)| length < least);
+            if is_better
+                && is_inside(k, q)
+                && !edges(points)
+                    .chain(edges(hole))
+                    .any(|edge| crosses(p, q, edge))
+            {
+                best = Some((length, k, l));
+            }
+        }
+    }
+    best.map(|(_, k, l)| (k, l))
+}
+
 /// Ears are cut off, the fattest first (Meisters 1975). How fat they are is kept: an ear that is cut off changes its
 /// neighbours.
 fn ears(points: &[Point], each: &mut dyn FnMut(Polygon)) -> Result<(), String> {
     let mut left: Vec<Point> = points.to_vec();
-    let normal = left.windows(2).skip(1).fold([0.0; 3], |sum: Point, pair| {
-        let t = turn(points[0], pair[0], pair[1]);
-        from_fn(|k| sum[k] + t[k])
-    });
+    let normal = area_vector(points);
     let all = |left: &[Point]| -> Vec<Option<f64>> {
         (0..left.len()).map(|k| fatness(left, k, normal)).collect()
     };

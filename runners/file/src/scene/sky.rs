@@ -69,9 +69,16 @@ pub(super) fn read(
         return Ok(Some(SkyBands::uniform()));
     };
     let mut own = field.section("in `sky`")?;
-    let [altitudes, sectors, emission, temperature] =
-        ["altitudes", "sectors", "emission", "temperature"].map(|key| own.optional(key));
+    let [altitudes, sectors, emission, temperature, cie] =
+        ["altitudes", "sectors", "emission", "temperature", "cie"].map(|key| own.optional(key));
     own.finish()?;
+    if let Some(cie) = cie {
+        let others = [&altitudes, &sectors, &temperature];
+        if let Some(other) = others.into_iter().flatten().next() {
+            return Err(other.unsuited("a sky of the CIE has an `emission` alone"));
+        }
+        return overcast(&cie, emission.as_ref()).map(Some);
+    }
     let mut sky = match (&altitudes, &sectors) {
         (Some(altitudes), Some(sectors)) => bands(altitudes, sectors)?,
         (None, None) if emission.is_some() || temperature.is_some() => SkyBands::uniform(),
@@ -100,6 +107,40 @@ pub(super) fn read(
         (None, None) => {}
     }
     Ok(Some(sky))
+}
+
+/// The bands in which the CIE overcast sky is taken.
+const OVERCAST_BANDS: u32 = 30;
+
+/// The overcast sky of the CIE (S 011, ISO 15469), whose luminance at the altitude γ is (1 + 2 sin γ)/3 of that at the zenith: in bands, each
+/// with the luminance that gives a horizontal surface as much. `emission` is the irradiance of that surface.
+fn overcast(cie: &Field<'_, '_>, emission: Option<&Field<'_, '_>>) -> Result<SkyBands, InputError> {
+    if cie.text()? != "overcast" {
+        return Err(cie.error("`cie` must be \"overcast\"; other skies are bands of patches"));
+    }
+    let Some(emission) = emission else {
+        let message = "this sky gives light: `emission` is the irradiance of a horizontal surface";
+        return Err(cie.unsuited(message));
+    };
+    let whole = emission.number()?.value;
+    if !(whole >= 0.0 && whole.is_finite()) {
+        return Err(emission.error("what a sky gives must be 0 or more"));
+    }
+    let altitude = |band: u32| 90.0 * f64::from(band) / f64::from(OVERCAST_BANDS);
+    let altitudes: Vec<f64> = (0..=OVERCAST_BANDS).map(altitude).collect();
+    let emissions = altitudes.windows(2).map(|band| {
+        let [low, high] = [band[0], band[1]].map(|degrees| libm::sin(degrees.to_radians()));
+        // The mean of 3/7 (1 + 2s) with the weight s = sin γ.
+        let moment = |s: f64| s * s / 2.0 + 2.0 * s * s * s / 3.0;
+        let mean = 2.0 * (moment(high) - moment(low)) / (high * high - low * low);
+        3.0 / 7.0 * whole * mean
+    });
+    Ok(SkyBands {
+        emissions: Some(emissions.collect()),
+        sectors: vec![1; OVERCAST_BANDS as usize],
+        altitudes,
+        is_heat: false,
+    })
 }
 
 /// What each patch gives: a number for all, or one for each.

@@ -60,6 +60,7 @@ fn binary(scene: &mut SceneFile, file: u32, name: &str, bytes: &[u8]) -> Result<
         ));
     }
     scene.surfaces.push(SceneSurface::new("solid"));
+    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for (number, triangle) in (1..).zip(triangles) {
         let mut points = [[0.0; 3]; 3];
         let numbers = triangle.get(12..48).unwrap_or(&[]).chunks_exact(4);
@@ -73,10 +74,32 @@ fn binary(scene: &mut SceneFile, file: u32, name: &str, bytes: &[u8]) -> Result<
                 format_args!("triangle {number} has a coordinate that is no finite number"),
             ));
         }
+        for (k, x) in points.iter().flat_map(|p| p.iter().enumerate()) {
+            (low[k], high[k]) = (low[k].min(*x), high[k].max(*x));
+        }
         let added = scene.add(0, &points, (file, number));
         added.map_err(|message| nowhere(name, format_args!("triangle {number}: {message}")))?;
     }
+    scene.remarks.extend(coarse(low, high));
     Ok(())
+}
+
+/// The share of a mesh's width from which on steps of its coordinates are told.
+const COARSE: f64 = 1e-5;
+
+/// A remark on single precision far from the origin: what is small there has few places that its vertices may be in.
+fn coarse(low: [f64; 3], high: [f64; 3]) -> Option<String> {
+    let width = (0..3).map(|k| high[k] - low[k]).fold(0.0, f64::max);
+    let (furthest, axis) = (0..3)
+        .map(|k| (low[k].abs().max(high[k].abs()), ["x", "y", "z"][k]))
+        .max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let step = f64::from((furthest as f32).next_up()) - f64::from(furthest as f32);
+    (step > COARSE * width).then(|| {
+        format!(
+            "coordinates are in single precision, whose step at {axis} = {furthest} is {step}: vertices are off by up to half of it, \
+             and the mesh is {width:.3} wide; export it near the origin, or in a format of text"
+        )
+    })
 }
 
 /// `solid NAME`, `facet normal x y z`, `outer loop`, three times `vertex x y z`, `endloop`, `endfacet`, `endsolid`.

@@ -1,0 +1,196 @@
+//! Vertices that are meant to be one, and faces that are meant to meet: what programs write with few digits, or with corners of their own.
+//!
+//! A vertex moves to the first one that is nearer than the weld's distance. An edge on which a vertex then lies, but for that distance, gets
+//! it, too, so that faces that meet have all vertices along the way in common, and light finds no way between them.
+
+use std::collections::HashMap;
+
+use super::{SceneFile, outline};
+use crate::InputError;
+
+type Point = [f64; 3];
+
+/// A polygon that is not cut yet.
+#[derive(Clone, Debug)]
+pub(super) struct Outline {
+    pub(super) surface: usize,
+    pub(super) points: Vec<Point>,
+    pub(super) holes: Vec<Vec<Point>>,
+    pub(super) place: (u32, u32),
+}
+
+/// Points by the boxes of a grid.
+struct Grid {
+    width: f64,
+    boxes: HashMap<[i64; 3], Vec<u32>>,
+}
+
+impl Grid {
+    fn key(&self, p: Point) -> [i64; 3] {
+        p.map(|x| (x / self.width).floor() as i64)
+    }
+
+    /// The numbers in all boxes that a box with these ends meets.
+    fn near(&self, low: Point, high: Point) -> impl Iterator<Item = u32> + '_ {
+        let (low, high) = (self.key(low), self.key(high));
+        let keys = (low[0]..=high[0]).flat_map(move |x| {
+            (low[1]..=high[1]).flat_map(move |y| (low[2]..=high[2]).map(move |z| [x, y, z]))
+        });
+        keys.filter_map(|key| self.boxes.get(&key))
+            .flatten()
+            .copied()
+    }
+
+    fn add(&mut self, number: u32, p: Point) {
+        self.boxes.entry(self.key(p)).or_default().push(number);
+    }
+}
+
+fn distance(a: Point, b: Point) -> f64 {
+    (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
+}
+
+/// Where a point lies along an edge, in its length, and how far beside it.
+fn along([a, b]: [Point; 2], p: Point) -> [f64; 2] {
+    let length = distance(a, b);
+    let ahead = (0..3).map(|k| (p[k] - a[k]) * (b[k] - a[k])).sum::<f64>() / length;
+    let foot = [0, 1, 2].map(|k| a[k] + ahead * (b[k] - a[k]) / length);
+    [ahead, distance(p, foot)]
+}
+
+impl SceneFile {
+    /// Welds all polygons, and cuts them into triangles and quadrilaterals; tells what has moved.
+    pub(super) fn weld(&mut self, near: f64) -> Result<(), InputError> {
+        let mut outlines = core::mem::take(&mut self.outlines);
+        let (mut moved, mut furthest) = (0_usize, 0.0_f64);
+        // The first vertex of every cluster, and what each different point has become.
+        let mut kept: Vec<Point> = Vec::new();
+        let mut known: HashMap<[u64; 3], Point> = HashMap::new();
+        let mut grid = Grid {
+            width: near,
+            boxes: HashMap::new(),
+        };
+        let mut join = |p: &mut Point| {
+            let key = p.map(|x| (x + 0.0).to_bits());
+            if let Some(&to) = known.get(&key) {
+                *p = to;
+                return;
+            }
+            let [low, high] = [-near, near].map(|by| p.map(|x| x + by));
+            let of = |&number: &u32| distance(kept[number as usize], *p);
+            let nearest = (grid.near(low, high)).filter(|number| of(number) <= near);
+            let nearest = nearest.min_by(|a, b| of(a).total_cmp(&of(b)));
+            let to = match nearest {
+                Some(number) => {
+                    let to = kept[number as usize];
+                    moved += 1;
+                    furthest = furthest.max(distance(to, *p));
+                    to
+                }
+                None => {
+                    grid.add(kept.len() as u32, *p);
+                    kept.push(*p);
+                    *p
+                }
+            };
+            known.insert(key, to);
+            *p = to;
+        };
+        for outline in &mut outlines {
+            let holes = outline.holes.iter_mut().flatten();
+            outline.points.iter_mut().chain(holes).for_each(&mut join);
+        }
+        let points = known.len();
+        self.moved = furthest;
+        self.meet(&mut outlines, &kept, near);
+        let mut thin: Vec<String> = Vec::new();
+        for own in outlines {
+            let place = self.place_of(own.place);
+            if is_thin(&own.points, near) {
+                let name = self
+                    .surfaces
+                    .get(own.surface)
+                    .map_or("", |s| s.name.as_str());
+                thin.push(format!("{name:?}, {place}"));
+                continue;
+            }
+            let cut = self.cut(own.surface, &own.points, &own.holes, own.place, near);
+            cut.map_err(|message| InputError::new(format_args!("{place}: {message}")))?;
+        }
+        for at in 0..self.surfaces.len() {
+            self.fill_back(at);
+        }
+        if moved > 0 {
+            self.remarks.push(format!(
+                "weld: {moved} of {points} vertices moved, by {furthest:.1e} at most"
+            ));
+        }
+        if let Some(first) = thin.first() {
+            self.remarks.push(format!(
+                "weld: {} polygon{} thinner than {near} left out; the first is that of {first}",
+                thin.len(),
+                if thin.len() == 1 {
+                    " that is"
+                } else {
+                    "s that are"
+                }
+            ));
+        }
+        Ok(())
+    }
+
+    /// Gives edges the vertices that lie on them.
+    fn meet(&self, outlines: &mut [Outline], kept: &[Point], near: f64) {
+        let low = [0, 1, 2].map(|k| kept.iter().map(|p| p[k]).fold(f64::INFINITY, f64::min));
+        let high = [0, 1, 2].map(|k| kept.iter().map(|p| p[k]).fold(f64::NEG_INFINITY, f64::max));
+        let width = distance(low, high) / (kept.len() as f64).cbrt().max(1.0);
+        let mut grid = Grid {
+            width: width.max(2.0 * near),
+            boxes: HashMap::new(),
+        };
+        for (number, &p) in (0..).zip(kept) {
+            grid.add(number, p);
+        }
+        let refine = |points: &mut Vec<Point>| {
+            points.dedup();
+            while points.len() > 1 && points.first() == points.last() {
+                points.pop();
+            }
+            let own = points.clone();
+            let mut all = Vec::with_capacity(own.len());
+            for (k, &a) in own.iter().enumerate() {
+                let b = own[(k + 1) % own.len()];
+                all.push(a);
+                let from = [0, 1, 2].map(|k| f64::min(a[k], b[k]) - near);
+                let to = [0, 1, 2].map(|k| f64::max(a[k], b[k]) + near);
+                let length = distance(a, b);
+                let found = grid.near(from, to).filter_map(|number| {
+                    let p = kept[number as usize];
+                    let [ahead, aside] = along([a, b], p);
+                    let is_on = aside <= near && ahead > 0.0 && ahead < length;
+                    (is_on && !own.contains(&p)).then_some((ahead, p))
+                });
+                let mut found: Vec<(f64, Point)> = found.collect();
+                found.sort_by(|a, b| a.0.total_cmp(&b.0));
+                all.extend(found.into_iter().map(|(_, p)| p));
+            }
+            *points = all;
+        };
+        for outline in outlines {
+            refine(&mut outline.points);
+            outline.holes.iter_mut().for_each(refine);
+        }
+    }
+}
+
+/// Whether a polygon is nowhere wider than what is welded.
+fn is_thin(points: &[Point], near: f64) -> bool {
+    if points.len() < 3 {
+        return true;
+    }
+    let area = outline::area_vector(points);
+    let double = distance(area, [0.0; 3]);
+    let next = points.iter().cycle().skip(1);
+    let longest = points.iter().zip(next).map(|(&a, &b)| distance(a, b));
+    double <= 2.0 * near * longest.fold(0.0, f64::max)
+}
