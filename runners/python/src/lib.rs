@@ -6,6 +6,7 @@ mod failure;
 mod functions;
 mod options;
 mod run;
+mod scene;
 mod task;
 
 /// The module `fredholm._fredholm`.
@@ -13,6 +14,8 @@ mod task;
 mod _fredholm {
     #[pymodule_export]
     use super::functions::Functions;
+    #[pymodule_export]
+    use super::scene::{FaceArrays, Mesh, SparseArrays};
     #[pymodule_export]
     use super::task::{Field, Task, is_scene, scene_factors};
 }

@@ -6,13 +6,14 @@ use std::sync::{Arc, OnceLock};
 use fredholm::choice::Chosen;
 use fredholm::model::Model;
 use fredholm::resolvent::ResolventAnswer;
+use fredholm::scene::FacesRequest;
 use fredholm::{
-    Ask, Choices as _, Field as Function, Measured, Method, Region, SolveError, Solver, Target,
-    WeightFn,
+    Ask, Choices as _, Field as Function, GlobalQuantity, Measured, Method, Region, SolveError,
+    Solver, Target, WeightFn,
 };
 use fredholm_factors::{Factors, FactorsError, Sights};
-use fredholm_file::kinds::{Cube, Room};
-use fredholm_file::{Placed, ProblemFile, Resolved, What};
+use fredholm_file::kinds::{Cube, Room, Scene};
+use fredholm_file::{Placed, ProblemFile, Resolution, Resolved, What};
 use fredholm_rayon::with_gather;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -24,6 +25,7 @@ use crate::failure::{exception, of, of_input, of_solve};
 use crate::functions::{Caller, Functions, number, point};
 use crate::options;
 use crate::run::{Done, Watch, on_threads};
+use crate::scene::{FaceArrays, Mesh, SparseArrays, face_arrays, sparse_factors};
 
 /// A problem: the text of a file, and functions in the place of its formulas if there are some.
 #[pyclass(frozen, module = "fredholm._fredholm")]
@@ -35,6 +37,8 @@ pub(crate) struct Task {
     functions: Option<Py<Functions>>,
     /// Weights that are functions: names and values at a point.
     weights: Vec<(String, Py<PyAny>)>,
+    /// The surfaces of a scene that are arrays.
+    mesh: Option<Py<Mesh>>,
 }
 
 /// Values of u at points, from one set of walks.
@@ -122,7 +126,7 @@ fn with_targets(py: Python<'_>, text: &str, targets: &str) -> PyResult<String> {
 impl Task {
     /// A problem of a text: the content of a problem file.
     #[new]
-    #[pyo3(signature = (name, text, targets=None, functions=None, weights=vec![]))]
+    #[pyo3(signature = (name, text, targets=None, functions=None, weights=vec![], mesh=None))]
     fn new(
         py: Python<'_>,
         name: String,
@@ -130,6 +134,7 @@ impl Task {
         targets: Option<&str>,
         functions: Option<Py<Functions>>,
         weights: Vec<(String, Py<PyAny>)>,
+        mesh: Option<Py<Mesh>>,
     ) -> PyResult<Self> {
         let text = match targets {
             Some(targets) => with_targets(py, text, targets)?,
@@ -140,6 +145,7 @@ impl Task {
             text,
             functions,
             weights,
+            mesh,
         })
     }
 
@@ -388,6 +394,59 @@ impl Task {
         Ok((json_of(py, &fit)?, fit.table()))
     }
 
+    /// A quantity on every face of a scene of arrays.
+    fn faces(&self, quantity: &str, options: &Bound<'_, PyDict>) -> PyResult<FaceArrays> {
+        let py = options.py();
+        let watch = Arc::new(Watch::default());
+        let opened = self.open(options, &watch)?;
+        let Some(quantity) = GlobalQuantity::of_word(quantity) else {
+            let message =
+                format!("{quantity:?} is no quantity: give \"u\", \"irradiance\" or \"net_flux\"");
+            return Err(exception(py, "InputError", message));
+        };
+        let (Some(mesh), Resolution::Scene(model)) = (&self.mesh, &opened.resolved.model) else {
+            let message = "values of all faces are those of a Scene".to_owned();
+            return Err(exception(py, "InputError", message));
+        };
+        let settings = &opened.resolved.settings;
+        let (cut, walk) = (settings.discretisation(), settings.walk_options());
+        let request = FacesRequest {
+            quantity,
+            walk: &walk,
+            is_plain: settings.cells.is_none(),
+        };
+        let work = || model.on_faces(&cut, &request, &*watch);
+        let found = opened.done(py, self.threads(options)?, &watch, work)?;
+        let found = found.map_err(|error| of(py, &error, &opened.file))?;
+        let file = &opened.file.problem.of::<Scene>().map(|scene| &scene.file);
+        let unit = match quantity {
+            GlobalQuantity::Irradiance => opened.model().irradiance_unit(),
+            _ => opened.model().unit(),
+        };
+        Ok(face_arrays(
+            py,
+            (model.scene(), *file),
+            mesh.get().arrays(),
+            &found,
+            unit,
+        ))
+    }
+
+    /// Form factors between the surfaces of a scene of arrays that are not 0.
+    fn sparse_factors(&self, error: f64, options: &Bound<'_, PyDict>) -> PyResult<SparseArrays> {
+        let py = options.py();
+        let watch = Arc::new(Watch::default());
+        let opened = self.open(options, &watch)?;
+        let Resolution::Scene(model) = &opened.resolved.model else {
+            let message = "sparse form factors are those of a Scene".to_owned();
+            return Err(exception(py, "InputError", message));
+        };
+        let work = || sparse_factors(model.scene(), error);
+        let found = opened.done(py, self.threads(options)?, &watch, work)?;
+        let found = found.map_err(|error| exception(py, "InputError", error.to_string()))?;
+        Ok(found.to_python(py, model.names()))
+    }
+
     /// Form factors between the surfaces of a room: their names, and all rows one after the other.
     fn factors(&self, options: &Bound<'_, PyDict>) -> PyResult<(Vec<String>, Vec<f64>)> {
         let py = options.py();
@@ -494,6 +553,11 @@ impl Task {
         let py = options.py();
         let wrong = |error| of_input(py, &error);
         let mut file = fredholm_file::read(&self.name, &self.text).map_err(wrong)?;
+        if let (Some(mesh), Some(scene)) = (&self.mesh, file.problem.of::<Scene>()) {
+            let mut scene = scene.clone();
+            scene.file.add_arrays(mesh.get().arrays()).map_err(wrong)?;
+            file.problem = Arc::new(scene);
+        }
         options::replace(&mut file, options)?;
         // A file asks for something; a target of its own stands for weights that are functions, until these are there.
         let stands_for_weights = file.targets.is_empty() && !self.weights.is_empty();
@@ -563,6 +627,7 @@ fn nothing(file: &ProblemFile) -> fredholm_file::Target {
     fredholm_file::Target {
         name: Placed::flag("weight", "nothing".to_owned()),
         component: None,
+        ask: None,
         what,
         measured: None,
     }

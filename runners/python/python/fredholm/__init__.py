@@ -26,6 +26,7 @@ from .errors import (
 )
 from .problems import Channels, Circle, Cube, Problem, Room, Sphere, System, Tube, factors, load
 from .result import Certificate, Diagnosis, Factors, Field, Fit, Prediction, Result, Sensitivities, Sweep, Value
+from .scene import FaceResult, Scene
 
 __version__ = "0.1.0"
 
@@ -36,6 +37,7 @@ __all__ = [
     "ConvergenceError",
     "Cube",
     "Diagnosis",
+    "FaceResult",
     "Factors",
     "Field",
     "Fit",
@@ -50,6 +52,7 @@ __all__ = [
     "Result",
     "Room",
     "ScalarFunctionWarning",
+    "Scene",
     "Sensitivities",
     "Sphere",
     "Sweep",

@@ -1,5 +1,8 @@
 from typing import Any, Callable, Optional, Sequence
 
+import numpy as np
+import numpy.typing as npt
+
 class Functions:
     def __new__(
         cls, dimension: int, kernel: tuple[str, object], source: tuple[str, object]
@@ -13,6 +16,34 @@ class Field:
     iterates: list[float]
     summary: str
 
+class Mesh:
+    def __new__(
+        cls,
+        vertices: npt.NDArray[np.float64],
+        corners: npt.NDArray[np.int64],
+        number_of_corners: npt.NDArray[np.int64],
+        surface_of: npt.NDArray[np.int64],
+        surfaces: list[tuple[str, bool, list[float]]],
+    ) -> Mesh: ...
+
+class FaceArrays:
+    values: npt.NDArray[np.float64]
+    std_errors: npt.NDArray[np.float64]
+    back_values: npt.NDArray[np.float64]
+    back_std_errors: npt.NDArray[np.float64]
+    areas: npt.NDArray[np.float64]
+    unit: Optional[str]
+    walks: int
+    seconds: float
+
+class SparseArrays:
+    names: list[str]
+    areas: npt.NDArray[np.float64]
+    rows: npt.NDArray[np.int64]
+    columns: npt.NDArray[np.int64]
+    factors: npt.NDArray[np.float64]
+    error: float
+
 class Task:
     def __new__(
         cls,
@@ -21,6 +52,7 @@ class Task:
         targets: Optional[str] = None,
         functions: Optional[Functions] = None,
         weights: Sequence[tuple[str, Callable[..., float]]] = ...,
+        mesh: Optional[Mesh] = None,
     ) -> Task: ...
     @staticmethod
     def text_of(json: str) -> str: ...
@@ -57,6 +89,8 @@ class Task:
         measured: list[tuple[str, float, float, bool]],
         options: dict[str, Any],
     ) -> tuple[str, str]: ...
+    def faces(self, quantity: str, options: dict[str, Any]) -> FaceArrays: ...
+    def sparse_factors(self, error: float, options: dict[str, Any]) -> SparseArrays: ...
     def factors(self, options: dict[str, Any]) -> tuple[list[str], list[float]]: ...
 
 def is_scene(path: str) -> bool: ...

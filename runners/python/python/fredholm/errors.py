@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Optional
+from typing import TYPE_CHECKING, Optional, Union
 
 if TYPE_CHECKING:
     from .result import Result
+    from .scene import FaceResult
 
 __all__ = [
     "ConvergenceError",
@@ -58,11 +59,11 @@ class NotReachedError(FredholmError):
 
     Attributes
     ----------
-    result : Result
+    result : Result or FaceResult
         The results so far.
     """
 
-    def __init__(self, message: str, result: Result) -> None:
+    def __init__(self, message: str, result: Union[Result, FaceResult]) -> None:
         super().__init__(message)
         self.result = result
 

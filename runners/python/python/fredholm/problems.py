@@ -82,8 +82,9 @@ class _Targets:
                 self.add(str(name), at=_place(place, dimension))
             return
         for place in _several(places, dimension):
-            is_wall = isinstance(place, Mapping)
-            text = f"{place['surface']}, {_text(place.get('t', 0.5))}" if is_wall else _text(place)
+            text = _text(place) if not isinstance(place, Mapping) else ", ".join(
+                _text(own) if key in ("t", "point", "facing") else str(own) for key, own in place.items()
+            )
             self.add(f"u({text})", at=_place(place, dimension))
 
     def over(self, parts: Parts) -> None:
@@ -292,7 +293,11 @@ class Problem:
             asked = _json({"target": _of_components([{"name": "mean", "over": "all"}], range(self._components))})
         elif asked == "":
             asked = "{}"
-        return _fredholm.Task(self._name, self._text, asked, self._functions, targets.weights)
+        return _fredholm.Task(self._name, self._text, asked, self._functions, targets.weights, self._mesh())
+
+    def _mesh(self) -> Optional[_fredholm.Mesh]:
+        """The faces of a scene of arrays."""
+        return None
 
     def _targets(
         self,
@@ -303,6 +308,7 @@ class Problem:
         grid: Any = None,
         target: Any = None,
         component: Optional[int] = None,
+        ask: Optional[str] = None,
     ) -> _Targets:
         asked = _Targets()
         if mean:
@@ -323,6 +329,8 @@ class Problem:
             raise InputError("weights of a system are formulas")
         if component is not None:
             asked.tables = [{**table, "component": component} for table in asked.tables]
+        if ask is not None:
+            asked.tables = [{**table, "ask": ask} for table in asked.tables]
         asked.tables = _of_components(asked.tables, range(self._components))
         if target is not None:
             tables = [target] if isinstance(target, Mapping) else target
@@ -343,6 +351,7 @@ class Problem:
         target_error: Optional[float] = None,
         relative: bool = False,
         component: Optional[int] = None,
+        ask: Optional[str] = None,
         method: Optional[str] = None,
         walks: Optional[int] = None,
         cells: Optional[int] = None,
@@ -394,6 +403,8 @@ class Problem:
             Whether ``target_error`` is relative.
         component : int
             The unknown function of a system, from 1, that is asked for; all of them if it is not given.
+        ask : str
+            "irradiance" or "net_flux", of rooms and scenes, in the place of u: values and ``target_error`` are of that.
         method : str
             "resolvent", of cubes and systems, whatever the norm of K; "walks" of a chain; or "paper", these as in Heinrich 1995.
         walks : int
@@ -483,7 +494,7 @@ class Problem:
         }
         if not relative:
             options["relative"] = None
-        task = self._task(self._targets(at, mean, over, weight, grid, target, component))
+        task = self._task(self._targets(at, mean, over, weight, grid, target, component, ask))
         if progress is None:
             progress = sys.stderr is not None and sys.stderr.isatty()
         shows = _Shows() if progress is True else None
@@ -734,7 +745,7 @@ class Problem:
 
     def _split(self, at: Any, mean: bool, options: Mapping[str, Any]) -> tuple[_Targets, dict[str, Any]]:
         """What is asked for, and the settings among some options."""
-        asked = {key: options.get(key) for key in ("over", "weight", "grid", "target", "component")}
+        asked = {key: options.get(key) for key in ("over", "weight", "grid", "target", "component", "ask")}
         settings = {key: value for key, value in options.items() if key not in asked}
         unknown = set(settings) - _SETTINGS
         if unknown:
@@ -1092,7 +1103,7 @@ def load(path: Union[str, os.PathLike[str]]) -> Problem:
     text = _fredholm.Task.read(name)
     kind, dimension, _ = _fredholm.Task(name, text).check({})
     if dimension is None:
-        dimension = 1 if kind == "circle" else 2
+        dimension = {"circle": 1, "tube": 1, "scene": 3}.get(kind, 2)
     return Problem(name, text, dimension)
 
 

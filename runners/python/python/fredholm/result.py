@@ -5,10 +5,13 @@ from __future__ import annotations
 import html
 import json
 from dataclasses import dataclass, field
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, Iterator, Optional, Union
 
 import numpy as np
 import numpy.typing as npt
+
+from .errors import TooLargeError
 
 if TYPE_CHECKING:
     import pandas
@@ -445,18 +448,77 @@ class Field:
         return plot_points(self.points, self.values, self.bands, ax)
 
 
-@dataclass(frozen=True)
+#: The most surfaces of a table of form factors with its zeros.
+MOST_OF_TABLE = 20_000
+
+
 class Factors:
     """Form factors: of the energy that leaves surface I, ``matrix[I, J]`` is the share that arrives at J.
 
-    ``areas`` and ``error`` are those of scenes in space: areas of the surfaces, and the largest error that a form factor
-    between two polygons is estimated to have.
+    Attributes
+    ----------
+    names : list of str
+        The names of the surfaces.
+    areas : numpy.ndarray or None
+        The areas of the surfaces, of scenes in space.
+    error : float or None
+        The largest error that a form factor between two polygons is estimated to have.
     """
 
-    names: list[str]
-    matrix: Array
-    areas: Optional[Array] = None
-    error: Optional[float] = None
+    def __init__(
+        self,
+        names: list[str],
+        matrix: Optional[Array] = None,
+        areas: Optional[Array] = None,
+        error: Optional[float] = None,
+    ) -> None:
+        self.names = names
+        self.areas = areas
+        self.error = error
+        self._matrix = matrix
+        self._triplets: Optional[tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], Array]] = None
+
+    @staticmethod
+    def sparse_of(
+        names: list[str],
+        triplets: tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], Array],
+        areas: Array,
+        error: float,
+    ) -> Factors:
+        """Form factors by rows, columns and values of those that are not 0."""
+        own = Factors(names, None, areas, error)
+        own._triplets = triplets
+        return own
+
+    def __repr__(self) -> str:
+        kept = f"{len(self._triplets[2]):,} of them not 0, " if self._triplets else ""
+        return f"<Factors between {len(self.names):,} surfaces, {kept}error {self.error or 0.0:.1g}>"
+
+    @property
+    def triplets(self) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], Array]:
+        """The rows, the columns, and the values of all factors that are not 0."""
+        if self._triplets is None:
+            rows, columns = np.nonzero(self.matrix)
+            self._triplets = (rows, columns, self.matrix[rows, columns])
+        return self._triplets
+
+    @property
+    def matrix(self) -> Array:
+        """All factors as a table."""
+        if self._matrix is None:
+            n = len(self.names)
+            if n > MOST_OF_TABLE:
+                raise TooLargeError(f"a table of {n:,} × {n:,} numbers is too large: use `triplets`, or `sparse()`")
+            rows, columns, values = self.triplets
+            self._matrix = np.zeros((n, n))
+            self._matrix[rows, columns] = values
+        return self._matrix
+
+    def sparse(self) -> Any:
+        """The factors as a ``scipy.sparse.csr_array``; needs scipy."""
+        rows, columns, values = self.triplets
+        n = len(self.names)
+        return import_module("scipy.sparse").csr_array((values, (rows, columns)), shape=(n, n))
 
     def to_pandas(self) -> pandas.DataFrame:
         """A table with rows and columns of names; needs pandas."""
