@@ -92,9 +92,15 @@ fn examples_are_printed_with_what_they_read() {
     let folder = Folder::new();
     let print = |name: &str| fredholm(&["init", name]);
     let room = print("living-room.toml");
-    assert!(room.stderr.contains("`fredholm init living-room.obj` prints"));
+    assert!(
+        room.stderr
+            .contains("`fredholm init living-room.obj` prints")
+    );
     let file = folder.file("living-room.toml", &room.stdout);
-    folder.file("living-room.obj", &print("living-room.obj").quietly(0).stdout);
+    folder.file(
+        "living-room.obj",
+        &print("living-room.obj").quietly(0).stdout,
+    );
     fredholm(&["check", &file]).quietly(0);
 }
 
