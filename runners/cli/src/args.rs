@@ -177,7 +177,8 @@ table states. Exit status: 0 if all agree, 1 if not, 130 interrupted (what was f
     Verify(Common),
     /// Print a commented problem file
     #[command(after_help = "\
-  fredholm init cube > a.toml                a file of this kind, to be changed
+Begin with:
+  fredholm init cube > a.toml    a file of this kind, to be changed
   fredholm init satellite.toml | fredholm solve /dev/stdin")]
     Init {
         /// A kind of problem, or an example

@@ -37,12 +37,13 @@ pub(crate) fn names() -> impl Iterator<Item = (&'static str, &'static str)> {
     // The beginning of the first sentence.
     let title = |text: &'static str| {
         let first = text.lines().next().unwrap_or_default();
-        let first = first.strip_prefix("# ").unwrap_or_default();
-        first
-            .split([',', '.', ':', ';', '('])
-            .next()
-            .unwrap_or(first)
-            .trim_end()
+        let Some(first) = first.strip_prefix("# ") else {
+            return "What another one reads";
+        };
+        let ends = [". ", ": ", "; ", " (", ", from"];
+        let end = ends.iter().filter_map(|end| first.find(end)).min();
+        let title = first.get(..end.unwrap_or(first.len())).unwrap_or(first);
+        title.trim_end_matches(['.', ':', ','])
     };
     kinds.chain(
         EXAMPLES
@@ -59,9 +60,12 @@ pub(crate) fn init(name: &str) -> Result<Ended, Failure> {
     let text = all().find(|(known, _)| *known == name);
     let text = text.map_or("", |(_, text)| text);
     print(text)?;
-    let read = EXAMPLES
-        .iter()
-        .filter(|(other, _)| text.contains(&format!("\"{other}\"")));
+    // What stands behind # is only said.
+    let meant = |other: &str| {
+        let mut lines = text.lines().filter(|line| !line.starts_with('#'));
+        lines.any(|line| line.contains(&format!("\"{other}\"")))
+    };
+    let read = EXAMPLES.iter().filter(|(other, _)| meant(other));
     for (other, _) in read {
         say(format_args!(
             "note: this file reads {other}, which `fredholm init {other}` prints"
