@@ -108,8 +108,9 @@ fn town(rng: &mut ChaCha8Rng) -> Surfaces {
         };
         let on_top = corner[2] > 0.0;
         let end: V = core::array::from_fn(|k| {
+            // Not inside out where there is little room.
             let most = if on_top && k < 2 {
-                high[k] - 0.1
+                f64::max(high[k] - 0.1, corner[k] + 0.05)
             } else {
                 f64::INFINITY
             };
