@@ -561,7 +561,7 @@ fn light_of_the_sky() {
         ("{ emission = 1, temperature = 2 }", "either the `emission`"),
     ] {
         let file = folder.file("wrong.toml", night(sky));
-        common::refused(&common::fredholm(&["solve", &file]), &[words]);
+        refused(&common::fredholm(&["solve", &file]), &[words]);
     }
 }
 

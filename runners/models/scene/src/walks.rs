@@ -42,6 +42,9 @@ fn seen_from<'r, F: Real, C: Tint<F>>(
     sum.scaled(1.0 / LOOKS as f64)
 }
 
+/// A neighbour equation, and its solution.
+type Followed<'a, F, V> = (&'a AnyNeighbour<'a, F, V>, &'a [F]);
+
 /// Where walks start, a number of times.
 pub(crate) type Starts<'a, F> = Scaled<Origin<'a, F>, F>;
 
@@ -51,7 +54,7 @@ impl Cut<'_> {
     pub(crate) fn goal<'o, F: Real, C: Tint<F>>(
         &self,
         equation: &Walked<'_, F, C>,
-        v: Option<(&AnyNeighbour<'_, F, C::Value>, &[F])>,
+        v: Option<Followed<'_, F, C::Value>>,
         (origin, faces): (&'o Origin<'o, F>, &[u32]),
         asked: &Asked,
     ) -> Goal<Starts<'o, F>, Wide<F, C>> {
