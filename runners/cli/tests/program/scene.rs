@@ -602,12 +602,12 @@ fn what_is_asked_for_in_place_of_u() {
     assert!(table.contains("a: net flux, W/m2"), "{table}");
     refused(
         &solve("ask = \"brightness\"", &[]),
-        &["problem.toml:14:7", "brightness"],
+        &["problem.toml:15:7", "brightness"],
     );
     let in_air = text("ask = \"irradiance\"").replace("over = \"a\"", "at = [0.5, 0.5, 0.5]");
     refused(
         &folder.solve(&in_air, &[]),
-        &["problem.toml:14:7", "no light falls"],
+        &["problem.toml:15:7", "no light falls"],
     );
     let cube = "[problem]\nkind = \"cube\"\nkernel = \"0.5\"\nsource = \"1\"\n[[target]]\nname = \"a\"\nat = 0.5\nask = \"irradiance\"\n";
     refused(

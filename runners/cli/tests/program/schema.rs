@@ -197,6 +197,7 @@ fn reports_are_what_their_schema_says() {
         run(&given, &["--global"]),
         run(&given, &["--sensitivities"]),
         run(&doubtful, &[]),
+        run(&format!("{given}ask = 'irradiance'\n"), &[]),
         run(SPHERE, &[]),
         run(SPHERE, &["--global"]),
         run(SCENE, &[]),
