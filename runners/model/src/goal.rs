@@ -225,7 +225,7 @@ pub enum Ask {
         /// The part, where the space has several.
         part: Option<usize>,
     },
-    /// Another quantity than u of what is asked.
+    /// The quantity in the place of u, and where it is asked for.
     Of(GlobalQuantity, Box<Self>),
 }
 

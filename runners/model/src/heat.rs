@@ -207,45 +207,6 @@ pub trait RadiativeExchange {
         is_u && !only_u && !self.is_in_air(region) && self.through_radiosity(region).is_none()
     }
 
-    /// How walks tell what a region asks for. Irradiances follow from u where that tells them, as its walks vary less: H = (u − F)/ρ; but
-    /// not if `is_alone`, for derivatives, since ρ and F change.
-    fn asked(&self, region: &Region, is_alone: bool) -> Asked {
-        let (quantity, place) = region.asked();
-        let through = self.through_radiosity(place).filter(|_| !is_alone);
-        Asked::new(quantity, self.material(place), through)
-    }
-
-    /// Refuses an irradiance where no light falls, and a net flux where there are no temperatures, or several materials.
-    ///
-    /// # Errors
-    /// [`Error::Region`].
-    fn check_asked(&self, region: &Region, has_channels: bool) -> Result<(), Error> {
-        let (quantity, place) = region.asked();
-        let is_flux = quantity == GlobalQuantity::NetFlux;
-        let message = match quantity {
-            GlobalQuantity::U => return Ok(()),
-            _ if place.asked().0 != GlobalQuantity::U => "one quantity is asked for at a time",
-            GlobalQuantity::Irradiance if matches!(place, Region::Facing { .. }) => return Ok(()),
-            _ if self.is_in_air(place) => {
-                "no light falls on a point between the surfaces, and nothing leaves it: give a point of a surface, \
-                 or in a scene what faces in a direction, `at = { point = …, facing = … }`"
-            }
-            _ if is_flux && has_channels => {
-                "net fluxes of bands follow from u of every band: leave `ask` out"
-            }
-            _ if is_flux && !self.is_heat() => {
-                "a net flux is one of heat, and this is light: `ask = \"irradiance\"`"
-            }
-            _ if is_flux && self.material(place).is_none() => {
-                "these surfaces have several materials: ask for the net flux out of each"
-            }
-            _ => return Ok(()),
-        };
-        Err(Error::Region {
-            message: message.to_owned(),
-        })
-    }
-
     /// The number of functionals that a job has besides its goals.
     fn besides(&self, goals: &[Goal]) -> usize {
         let regions = self.regions(goals, false);
@@ -349,7 +310,7 @@ pub trait RadiativeExchange {
     fn heat_of(&self, region: &Region, u: Estimate, irradiance: Option<Estimate>) -> Heat {
         let (quantity, place) = region.asked();
         if quantity != GlobalQuantity::U {
-            return self.heat_of_asked(quantity, place, u);
+            return heat_of_asked(self, quantity, place, u);
         }
         let in_air = self.is_in_air(region).then(|| self.temperature(u));
         let through = || Some(self.through_radiosity(region)?.irradiance_of(u));
@@ -362,35 +323,6 @@ pub trait RadiativeExchange {
             hidden_by_flux: hidden_by_flux(&self.elements(region)),
             radiant_temperature: in_air.flatten(),
         }
-    }
-
-    /// What follows from an irradiance or a net flux of a region.
-    fn heat_of_asked(&self, quantity: GlobalQuantity, place: &Region, found: Estimate) -> Heat {
-        let material = self.material(place);
-        let irradiance = match (quantity, material) {
-            (GlobalQuantity::NetFlux, Some(own)) if own.reflectance < 1.0 => {
-                let absorbed = 1.0 - own.reflectance;
-                let arriving = (own.emission - found.estimate) / absorbed;
-                found.derived(arriving, |error| error / absorbed)
-            }
-            (GlobalQuantity::NetFlux, _) => {
-                return Heat {
-                    net_flux: Some(found),
-                    is_flux_given: self.is_reflecting(place),
-                    ..Heat::default()
-                };
-            }
-            _ => found,
-        };
-        // u = F + ρH where there is one material; what else is asked for looks at no u.
-        let u = match material {
-            Some(own) if !self.is_in_air(place) => {
-                let u = own.emission + own.reflectance * irradiance.estimate;
-                irradiance.derived(u, |error| own.reflectance * error)
-            }
-            _ => irradiance,
-        };
-        self.heat_of(place, u, Some(irradiance))
     }
 
     /// Whether a region reflects all: whether its net flux is given.
@@ -434,6 +366,84 @@ pub trait RadiativeExchange {
         let own = self.material(region)?.net_flux_of(h);
         Some(own.derived(size * own.estimate, |x| size * x))
     }
+}
+
+/// How walks tell what a region asks for. Irradiances follow from u where that tells them, as its walks vary less: H = (u − F)/ρ; but
+/// not if `is_alone`, for derivatives, since ρ and F change.
+#[must_use]
+pub fn asked(surfaces: &dyn RadiativeExchange, region: &Region, is_alone: bool) -> Asked {
+    let (quantity, place) = region.asked();
+    let through = surfaces.through_radiosity(place).filter(|_| !is_alone);
+    Asked::new(quantity, surfaces.material(place), through)
+}
+
+/// Refuses an irradiance where no light falls, and a net flux where there are no temperatures, or several materials.
+///
+/// # Errors
+/// [`Error::Region`].
+pub fn check_asked(
+    surfaces: &dyn RadiativeExchange,
+    region: &Region,
+    has_channels: bool,
+) -> Result<(), Error> {
+    let (quantity, place) = region.asked();
+    let is_flux = quantity == GlobalQuantity::NetFlux;
+    let message = match quantity {
+        GlobalQuantity::U => return Ok(()),
+        _ if place.asked().0 != GlobalQuantity::U => "one quantity is asked for at a time",
+        GlobalQuantity::Irradiance if matches!(place, Region::Facing { .. }) => return Ok(()),
+        _ if surfaces.is_in_air(place) => {
+            "no light falls on a point between the surfaces, and nothing leaves it: give a point of a surface, \
+             or in a scene what faces in a direction, `at = { point = …, facing = … }`"
+        }
+        _ if is_flux && has_channels => {
+            "net fluxes of bands follow from u of every band: leave `ask` out"
+        }
+        _ if is_flux && !surfaces.is_heat() => {
+            "a net flux is one of heat, and this is light: `ask = \"irradiance\"`"
+        }
+        _ if is_flux && surfaces.material(place).is_none() => {
+            "these surfaces have several materials: ask for the net flux out of each"
+        }
+        _ => return Ok(()),
+    };
+    Err(Error::Region {
+        message: message.to_owned(),
+    })
+}
+
+/// What follows from an irradiance or a net flux of a region.
+fn heat_of_asked(
+    surfaces: &(impl RadiativeExchange + ?Sized),
+    quantity: GlobalQuantity,
+    place: &Region,
+    found: Estimate,
+) -> Heat {
+    let material = surfaces.material(place);
+    let irradiance = match (quantity, material) {
+        (GlobalQuantity::NetFlux, Some(own)) if own.reflectance < 1.0 => {
+            let absorbed = 1.0 - own.reflectance;
+            let arriving = (own.emission - found.estimate) / absorbed;
+            found.derived(arriving, |error| error / absorbed)
+        }
+        (GlobalQuantity::NetFlux, _) => {
+            return Heat {
+                net_flux: Some(found),
+                is_flux_given: surfaces.is_reflecting(place),
+                ..Heat::default()
+            };
+        }
+        _ => found,
+    };
+    // u = F + ρH where there is one material; what else is asked for looks at no u.
+    let u = match material {
+        Some(own) if !surfaces.is_in_air(place) => {
+            let u = own.emission + own.reflectance * irradiance.estimate;
+            irradiance.derived(u, |error| own.reflectance * error)
+        }
+        _ => irradiance,
+    };
+    surfaces.heat_of(place, u, Some(irradiance))
 }
 
 /// Which goals are certain: u = F where nothing is reflected, a net flux that is given, and u = 0 in a channel in which no surface emits.

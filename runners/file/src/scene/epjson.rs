@@ -22,7 +22,7 @@ const SURFACES: [&str; 4] = [
     "RoofCeiling:Detailed",
     "Floor:Detailed",
 ];
-/// That of windows and doors.
+/// The type of windows and doors.
 const WINDOWS: &str = "FenestrationSurface:Detailed";
 /// The most vertices that EnergyPlus gives a window.
 const MOST_OF_WINDOW: usize = 4;

@@ -24,7 +24,7 @@ pub use surfaces::Surfaces;
 
 use fredholm_core::Statistics;
 use fredholm_model::channels::{self, ColouredPart};
-use fredholm_model::heat::RadiativeExchange;
+use fredholm_model::heat::{RadiativeExchange, check_asked};
 use fredholm_model::memory::refuse_beyond_memory;
 use fredholm_model::{About, Quantity, SurfaceQuantities, WholeValues};
 use fredholm_model::{
@@ -303,7 +303,7 @@ impl Model for RoomModel {
     fn check_goals(&self, goals: &[Goal]) -> Result<(), Error> {
         let mut in_air = Vec::new();
         for goal in goals {
-            self.check_asked(&goal.region, self.colours().is_some())?;
+            check_asked(self, &goal.region, self.colours().is_some())?;
             if let Region::Point(x) = &goal.region
                 && let [x, y] = *x.as_slice()
             {

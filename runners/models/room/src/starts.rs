@@ -5,7 +5,7 @@ use fredholm_core::{
     Scaled, Sensitivities, StartOf, Uniforms, Value,
 };
 use fredholm_model::channels::{self, with_sum};
-use fredholm_model::heat::{Asked, RadiativeExchange as _, certain};
+use fredholm_model::heat::{Asked, RadiativeExchange as _, asked, certain};
 use fredholm_model::{Error, Region, Request, Wanted, WithJob};
 use fredholm_room::{Grey, Irradiance, Point, Room, Seen, Tint, Wide};
 
@@ -53,7 +53,7 @@ impl RoomModel {
         // Plain walks for u may end where they start.
         let is_alone = request.wanted == Wanted::Derivatives || follow.v.is_none();
         for region in &regions {
-            add(region.place(), &self.asked(region, is_alone))?;
+            add(region.place(), &asked(self, region, is_alone))?;
         }
         // Where irradiance does not follow from u it takes walks of its own.
         for region in &regions {

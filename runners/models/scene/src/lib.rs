@@ -16,7 +16,7 @@ mod view;
 mod walks;
 
 use fredholm_core::Statistics;
-use fredholm_model::heat::RadiativeExchange;
+use fredholm_model::heat::{RadiativeExchange, check_asked};
 use fredholm_model::{
     About, Derived, Discretisation, Error, Goal, LastSteps, Model, Pairs, Partitioned, Quantity,
     Region, Scalar, Subject, SurfaceQuantities, WholeValues, in_scalar,
@@ -405,7 +405,7 @@ impl Model for SceneModel {
 
     fn check_goals(&self, goals: &[Goal]) -> Result<(), Error> {
         let check = |goal: &Goal| {
-            self.check_asked(&goal.region, self.colours().is_some())?;
+            check_asked(self, &goal.region, self.colours().is_some())?;
             if let Region::Part(part) = goal.region.place()
                 && self
                     .scene

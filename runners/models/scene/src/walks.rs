@@ -7,7 +7,7 @@ use fredholm_core::{
 };
 use fredholm_model::channels::{self, with_sum};
 use fredholm_model::cost::PointwisePairs;
-use fredholm_model::heat::{Asked, RadiativeExchange as _, certain};
+use fredholm_model::heat::{Asked, RadiativeExchange as _, asked, certain};
 use fredholm_model::numbers::largest;
 use fredholm_model::{Error, Prepared, Region, Request, Then, Wanted};
 use fredholm_scene::{Point, Sources, Tint, Wide};
@@ -108,7 +108,7 @@ impl Cut<'_> {
         let is_alone = request.wanted == Wanted::Derivatives || solved.is_none();
         let asked: Vec<Asked> = match &model.adjoint {
             Some(_) => vec![Asked::U],
-            None => (regions.iter().map(|region| model.asked(region, is_alone))).collect(),
+            None => (regions.iter().map(|region| asked(model, region, is_alone))).collect(),
         };
         let v = tables.as_ref().map(|tables| (&*neighbour, tables.v()));
         let (mut goals, mut galerkin) = (Vec::new(), Vec::new());
