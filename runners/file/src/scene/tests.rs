@@ -420,14 +420,16 @@ fn zones_of_converters_are_welded() {
     } else {
         3
     };
-    let factors = |deck: &SceneFile| {
+    let factors = |deck: &SceneFile, noise: f64| {
         let scene = deck
             .scene::<f64>()
             .unwrap_or_else(|error| panic!("{error}"));
         let mut all = fredholm_factors::scene_factors(&scene, 1e-7).unwrap();
-        // Faces of one plane do not see each other, although their vertices miss it by the noise; and some hundred errors of 1e-7.
+        // Faces of one plane do not see each other, although their vertices miss it by √3 times the noise, over a breadth of 0.24 m at least, a tenth of
+        // the lowest wall; and a hundred errors of 1e-7.
         let off = all.close().unwrap();
-        assert!(off < 2e-5, "rows are off by {off:e}");
+        let most = 1e-5 + 3.0_f64.sqrt() * noise / 0.24;
+        assert!(off < most, "noise {noise:e}: rows are off by {off:e}");
         let groups = all.of_surfaces(&scene).unwrap();
         let n = groups.len();
         let rows: Vec<f64> = (0..n)
@@ -447,14 +449,15 @@ fn zones_of_converters_are_welded() {
             deck.finish("z.vs3").unwrap();
             deck
         };
-        let (clean, noisy) = (read(0.0), read(2e-5));
+        let noise = 2e-5;
+        let (clean, noisy) = (read(0.0), read(noise));
         assert!(
             noisy
                 .remarks
                 .iter()
                 .any(|remark| remark.starts_with("weld: ") && remark.contains("vertices moved"))
         );
-        let ((n, clean), (m, noisy)) = (factors(&clean), factors(&noisy));
+        let ((n, clean), (m, noisy)) = (factors(&clean, 0.0), factors(&noisy, noise));
         assert_eq!(n, m);
         for (row, own) in noisy.chunks(n).enumerate() {
             let sum: f64 = own.iter().sum();
