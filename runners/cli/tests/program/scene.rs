@@ -609,9 +609,9 @@ fn what_is_asked_for_in_place_of_u() {
         &folder.solve(&in_air, &[]),
         &["problem.toml:15:7", "no light falls"],
     );
-    let cube = "[problem]\nkind = \"cube\"\nkernel = \"0.5\"\nsource = \"1\"\n[[target]]\nname = \"a\"\nat = 0.5\nask = \"irradiance\"\n";
+    let cube = "[problem]\nkind = \"cube\"\ndimension = 1\nkernel = \"0.5\"\nsource = \"1\"\n[[target]]\nname = \"a\"\nat = 0.5\nask = \"irradiance\"\n";
     refused(
         &folder.solve(cube, &[]),
-        &["problem.toml:8:7", "belongs to rooms and scenes"],
+        &["problem.toml:9:7", "belongs to rooms and scenes"],
     );
 }
