@@ -34,7 +34,8 @@ pub struct ArraySurface {
 ///     surfaces: vec![plate],
 ///     is_heat: false,
 /// };
-/// let mut scene = SceneFile { open: true, ..SceneFile::default() };
+/// let mut scene = SceneFile::default();
+/// scene.open = true;
 /// scene.add_arrays(&arrays)?;
 /// assert_eq!(scene.surfaces[1].name, "plate (back)");
 /// assert_eq!(scene.number_of_face(0, 0), Some(0));
