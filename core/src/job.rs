@@ -216,6 +216,14 @@ pub(crate) struct Score<E: Equation> {
     known: WideOf<E>,
 }
 
+impl<E: Equation> Score<E> {
+    /// The preconditioned estimate of (u, Φ).
+    pub(crate) fn estimate(&self) -> WideOf<E> {
+        let difference = self.walk.plain.wide().minus(&self.walk.control.wide());
+        difference.plus(&self.value).plus(&self.known)
+    }
+}
+
 impl<'a, E: Equation, N: ?Sized, T, G> Goals<'a, E, N, T, G> {
     /// This job with a weighted sum of the channels beside them.
     #[must_use]

@@ -44,7 +44,7 @@
 
 use crate::galerkin::{Basis, Cells};
 use crate::sampled::{SampledStep, StepEvents};
-use crate::{Chain, Density, Equation, Located, NoDraws, Space, Uniforms, Value};
+use crate::{Chain, Density, Equation, Located, NoDraws, Space, Start, StartOf, Uniforms, Value};
 
 /// An equation whose source, or a part F_s of it, can be sampled: points y with a density l(x, y) that is large where
 /// K(x, y) F_s(y) is. Lamps, the sun, the sky, bright arcs.
@@ -67,6 +67,18 @@ pub trait Lights: Equation {
     #[inline(always)]
     fn rest(&self, x: &Self::Point) -> Self::Value {
         self.source(x, &mut NoDraws).minus(&self.known(x))
+    }
+
+    /// The start of a walk of w = u − F_s for the mean of u over steps from x, as [`Equation::arriving`] is one of u: it knows a number with
+    /// the mean ∫ p(x, y) F_s(y) dμ(y). By default F_s where the step leads.
+    fn arriving_lit<U: Uniforms<Self::Scalar>>(
+        &self,
+        x: &Self::Point,
+        uniforms: &mut U,
+    ) -> StartOf<Self> {
+        let start = self.arriving(x, uniforms);
+        let known = self.known(&start.point).scaled(start.phi);
+        Start { known, ..start }
     }
 }
 
@@ -163,6 +175,10 @@ impl<E: Lights> Equation for LastStep<'_, E> {
     fn size(&self, x: &E::Point) -> E::Scalar {
         self.0.size(x)
     }
+
+    fn arriving<U: Uniforms<E::Scalar>>(&self, x: &E::Point, uniforms: &mut U) -> StartOf<Self> {
+        self.0.arriving_lit(x, uniforms)
+    }
 }
 
 impl<E: Cells> Cells for LastStep<'_, E> {
@@ -186,6 +202,11 @@ impl<E: Cells> Cells for LastStep<'_, E> {
     }
     fn at(&self, coordinates: &[f64]) -> Option<E::Point> {
         self.0.at(coordinates)
+    }
+
+    #[inline]
+    fn copies(&self) -> usize {
+        self.0.copies()
     }
 }
 

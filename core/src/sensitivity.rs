@@ -1,15 +1,17 @@
 //! The walks that tell on what their functionals depend.
 
+use crate::space::Arriving;
 use crate::walk::{Course, Visitor, with_course};
 use crate::{
     Batch, Both, DefaultGenerator, Equation, Functional, Generators, Goal, Goals, Job, Located,
-    NeighbourOf, NotFinite, Real, Value, WalkSeeds, WideOf,
+    NeighbourOf, NotFinite, Real, Value, WalkNumber, WalkSeeds, WideOf,
 };
 
 /// The states of a walk that are kept at a time; a longer walk is followed once more for every further so many of them.
 const KEPT: usize = 64;
 
-/// What a point x has to do with a quantity λ of the equation: the derivative u' = ∂u/∂λ solves u' = T u' + `source` + `of_u` u there.
+/// What a point x has to do with a quantity λ of the equation: the derivative u' = ∂u/∂λ solves u' = T u' + `source` + `of_u` u + `of_arriving` H
+/// there, with H(x) = ∫ p(x, y) u(y) dμ(y), the mean of u over steps from x.
 ///
 /// Where λ changes the kernel in another way than as a factor of k(x, ·), a step has to do with it: from y to x it scores (∂k/∂λ)/k (y, x) times what
 /// is estimated of u at x, so that `of_u` is this ratio.
@@ -18,9 +20,12 @@ const KEPT: usize = 64;
 /// use fredholm_core::Dependence;
 ///
 /// // The reflectance ρ = ½ of a wall that emits E = 3: u = ρ H + E with the irradiance H = (u − E)/ρ, by which u grows.
-/// let reflectance = Dependence { quantity: 0, source: -6.0, of_u: 2.0 };
+/// let reflectance = Dependence { source: -6.0, of_u: 2.0, ..Dependence::on(0) };
 /// let u = 5.0;
 /// assert_eq!(reflectance.source + reflectance.of_u * u, (u - 3.0) / 0.5);
+/// // That of a black wall, ρ = 0: there u = E tells nothing of H.
+/// let black = Dependence { of_arriving: 1.0, ..Dependence::on(0) };
+/// assert_eq!((black.source, black.of_u), (0.0, 0.0));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dependence {
@@ -28,11 +33,25 @@ pub struct Dependence {
     pub quantity: usize,
     /// The part of ∂F/∂λ + (∂T/∂λ) u at the point that does not depend on u.
     pub source: f64,
-    /// The number that u at the point itself is multiplied by in the rest of it.
+    /// The number that u at the point itself is multiplied by in it.
     pub of_u: f64,
+    /// The number that the mean of u over steps from the point is multiplied by in it. Unless it is 0, a walk of its own tells that mean, so that
+    /// it is for points where u does not: where K(x, ·) = 0.
+    pub of_arriving: f64,
 }
 
 impl Dependence {
+    /// No dependence yet on the quantity of this number.
+    #[must_use]
+    pub const fn on(quantity: usize) -> Self {
+        Self {
+            quantity,
+            source: 0.0,
+            of_u: 0.0,
+            of_arriving: 0.0,
+        }
+    }
+
     /// This of walks that estimate u less what is known of it at the point: see [`LastStep`](crate::LastStep).
     #[must_use]
     pub fn knowing(&self, known: f64) -> Self {
@@ -59,6 +78,7 @@ pub type Dependences<'a, P> = dyn Fn(Option<&P>, &P, &mut dyn FnMut(usize, Depen
 /// D_l is the difference of what both equations score on the suffix. So every state of every walk scores on the quantities that its point has to do
 /// with, and on no others: derivatives with respect to a thousand take hardly longer than those with respect to one. Where k(x, ·) as a whole grows
 /// with λ the point says so, since (∂T/∂λ) u is then a multiple of u − F; where it does not, the step from x says by how much k grows along it.
+/// Where k(x, ·) = 0, on black walls, the walk ends, and ∂T/∂λ is a multiple of what arrives there: a walk of its own from the point tells it.
 ///
 /// They are the walks of [`Goals`], whose statistics stay as they are to the bit. Behind those of a goal come, statistic by statistic, the derivatives
 /// with respect to all quantities. A walk that misses a quantity costs nothing there: it is counted with all that did. When walks end, these derivatives
@@ -91,8 +111,8 @@ pub type Dependences<'a, P> = dyn Fn(Option<&P>, &P, &mut dyn FnMut(usize, Depen
 /// let (none, goals) = (NoNeighbour::new(&Half), [Goal::new(At(0.5), Some(0.0))]);
 /// let walks = Goals::new(&Half, &none, &goals, WalkOptions::default());
 /// let both = |_: Option<&f64>, _: &f64, each: &mut dyn FnMut(usize, Dependence)| {
-///     each(0, Dependence { quantity: 0, source: -1.5, of_u: 2.0 });
-///     each(0, Dependence { quantity: 1, source: 1.0, of_u: 0.0 });
+///     each(0, Dependence { source: -1.5, of_u: 2.0, ..Dependence::on(0) });
+///     each(0, Dependence { source: 1.0, ..Dependence::on(1) });
 /// };
 /// let job = Sensitivities::new(&walks, 2, &both);
 /// let mut batches = [Batch::new(0, 20_000, 20_000); 3];
@@ -141,6 +161,14 @@ impl<'a, E: Equation, N: ?Sized, T, G> Sensitivities<'a, E, N, T, G> {
     pub const fn with_known(self, known: &'a [f64]) -> Self {
         Self { known, ..self }
     }
+}
+
+/// A walk of a goal, by their numbers, and φ in its start.
+#[derive(Clone, Copy)]
+struct Own {
+    goal: u64,
+    walk: u64,
+    phi: f64,
 }
 
 /// A state that is kept.
@@ -236,7 +264,7 @@ where
     #[inline(always)]
     fn run_walks(
         &self,
-        (own, number): (&Goal<T, WideOf<E>>, u64),
+        (goal, number): (&Goal<T, WideOf<E>>, u64),
         course: Course<E::Scalar>,
         (batches, derivatives): (&mut [Batch], &mut [Batch]),
         at_most: u64,
@@ -256,21 +284,25 @@ where
         {
             passages.begin(0, &nothing);
             let by = (place, &mut memory);
-            let score = goals.follow(own, &seeds, course, by, &mut passages);
+            let score = goals.follow(goal, &seeds, course, by, &mut passages);
             goals.push(&score, batches)?;
-            let phi = score.phi.to_f64();
+            let own = Own {
+                goal: number,
+                walk: place.walk,
+                phi: score.phi.to_f64(),
+            };
             for (quantity, &source) in known.iter().enumerate().filter(|(_, own)| **own != 0.0) {
                 for channel in 0..channels {
                     self.add((channel, quantity), (place.walk, source), derivatives);
                 }
             }
-            self.accrue((phi, place.walk), &passages, derivatives);
+            self.accrue(own, &passages, derivatives);
             let mut before = KEPT as u32;
             while before < score.walk.states {
                 passages.begin(before, &nothing);
                 let by = (place, &mut G::Memory::default());
-                goals.follow(own, &seeds, course, by, &mut passages);
-                self.accrue((phi, place.walk), &passages, derivatives);
+                goals.follow(goal, &seeds, course, by, &mut passages);
+                self.accrue(own, &passages, derivatives);
                 before += KEPT as u32;
             }
             left -= 1;
@@ -280,16 +312,52 @@ where
 
     /// Adds what the kept states of a walk score on their quantities.
     #[inline(always)]
-    fn accrue(&self, (phi, walk): (f64, u64), passages: &Passages<'_, E, N>, to: &mut [Batch]) {
-        for state in passages.states.iter().take(passages.kept).flatten() {
+    fn accrue(&self, of: Own, passages: &Passages<'_, E, N>, to: &mut [Batch]) {
+        let states = passages.states.iter().take(passages.kept).flatten();
+        for (number, state) in (u64::from(passages.before)..).zip(states) {
             let rest = state.own.plus(&passages.score);
+            let mut arriving = None;
             let mut add = |channel: usize, on: Dependence| {
                 let weight = state.weight.get(channel).to_f64();
-                let score = phi * (on.source * weight + on.of_u * rest.get(channel));
-                self.add((channel, on.quantity), (walk, score), to);
+                let mut source = on.source;
+                if on.of_arriving != 0.0 {
+                    let arriving =
+                        arriving.get_or_insert_with(|| self.arriving(&state.x.point, of, number));
+                    source += on.of_arriving * arriving.get(channel);
+                }
+                let score = of.phi * (source * weight + on.of_u * rest.get(channel));
+                self.add((channel, on.quantity), (of.walk, score), to);
             };
             (self.dependences)(state.before.as_ref(), &state.x.point, &mut add);
         }
+    }
+
+    /// A number with the mean of u over steps from a point, which a walk has come to in the state of this number: from a walk with draws of its
+    /// own, which goes on by roulette.
+    #[inline(never)]
+    fn arriving(&self, x: &E::Point, of: Own, state: u64) -> WideOf<E> {
+        let goals = self.goals;
+        let nothing = E::Value::splat(goals.equation.channels(), num_traits::zero()).wide();
+        let goal = Goal {
+            functional: Arriving(*x),
+            control_mean: None,
+            known: nothing,
+        };
+        let walks = Goals::<E, N, Arriving<E::Point>>::new(
+            goals.equation,
+            goals.neighbour,
+            &[],
+            goals.options,
+        );
+        // No goal has such a number.
+        let seeds = WalkSeeds::new(goals.options.seed, !(state << 32 | of.goal));
+        let number = WalkNumber {
+            walk: of.walk,
+            replicate: of.walk,
+            index: 0,
+        };
+        let score = walks.follow(&goal, &seeds, Course::Roulette, (number, &mut ()), &mut ());
+        score.estimate()
     }
 
     /// Adds what a walk scores on a quantity in a channel.
@@ -411,24 +479,22 @@ mod tests {
         let both = |before: Option<&f64>, x: &f64, each: &mut dyn FnMut(usize, Dependence)| {
             for (channel, rho) in RHO.into_iter().enumerate() {
                 let by_rho = Dependence {
-                    quantity: 0,
                     source: -1.0 / rho,
                     of_u: 1.0 / rho,
+                    ..Dependence::on(0)
                 };
                 each(channel, by_rho);
                 if before.is_some() {
                     let by_step = Dependence {
-                        quantity: 1,
-                        source: 0.0,
                         of_u: 1.0 / rho,
+                        ..Dependence::on(1)
                     };
                     each(channel, by_step);
                 }
                 if *x < 0.5 {
                     let by_source = Dependence {
-                        quantity: 2,
                         source: 1.0,
-                        of_u: 0.0,
+                        ..Dependence::on(2)
                     };
                     each(channel, by_source);
                 }
@@ -467,6 +533,84 @@ mod tests {
             let sum =
                 WEIGHTS[0] * found[3 + number].estimate + WEIGHTS[1] * found[6 + number].estimate;
             assert!((found[9 + number].estimate - sum).abs() < 1e-12 * sum.abs());
+        }
+    }
+
+    /// u_c = ρ_c(x) ∫ u_c dy + 1, whose left half is black in the first channel.
+    struct HalfBlack;
+
+    const LEFT: [f64; 2] = [0.0, 0.5];
+
+    fn reflectance(x: f64, channel: usize) -> f64 {
+        if x < 0.5 { LEFT[channel] } else { 0.6 }
+    }
+
+    impl Space for HalfBlack {
+        type Scalar = f64;
+        type Point = f64;
+    }
+    impl Chain for HalfBlack {
+        fn step<U: Uniforms<f64>>(&self, _: &f64, uniforms: &mut U) -> Option<f64> {
+            Some(uniforms.uniform())
+        }
+    }
+    impl Equation for HalfBlack {
+        type Value = Channels<f64, 2>;
+        fn kernel(&self, x: &f64, _: &f64) -> Self::Value {
+            Channels::from_fn(2, |c| reflectance(*x, c))
+        }
+        fn source<U: Uniforms<f64>>(&self, _: &f64, _: &mut U) -> Self::Value {
+            Channels::splat(2, 1.0)
+        }
+        fn channels(&self) -> usize {
+            2
+        }
+        fn size(&self, x: &f64) -> f64 {
+            reflectance(*x, 1)
+        }
+    }
+
+    /// With the mean m = 1/(1 − ½ρ − 0.3) of u = 1 + ρ m on the left, ∂u/∂ρ = m + ½ ρ m² there, whether ρ is 0 or not.
+    #[test]
+    fn what_is_black_has_derivatives_by_its_reflectance() {
+        let nothing = Channels::splat(2, 0.0);
+        let goals = [0.3, 0.7].map(|x| Goal {
+            functional: At(x),
+            control_mean: Some(nothing),
+            known: nothing,
+        });
+        let none = NoNeighbour::new(&HalfBlack);
+        let walks = Goals::new(&HalfBlack, &none, &goals, WalkOptions::default());
+        let by = |_: Option<&f64>, x: &f64, each: &mut dyn FnMut(usize, Dependence)| {
+            for (channel, rho) in LEFT.into_iter().enumerate().filter(|_| *x < 0.5) {
+                let black = Dependence {
+                    of_arriving: 1.0,
+                    ..Dependence::on(0)
+                };
+                let grey = Dependence {
+                    source: -1.0 / rho,
+                    of_u: 1.0 / rho,
+                    ..Dependence::on(0)
+                };
+                each(channel, if rho == 0.0 { black } else { grey });
+            }
+        };
+        let job = Sensitivities::new(&walks, 1, &by);
+        for (goal, own) in [LEFT, [0.6; 2]].into_iter().enumerate() {
+            let mut batches = [Batch::new(0, WALKS, WALKS); 4];
+            job.run(4 * goal, &mut batches, u64::MAX).unwrap();
+            for (channel, rho) in own.into_iter().enumerate() {
+                let mean = 1.0 / (0.7 - 0.5 * LEFT[channel]);
+                let direct = if goal == 0 { mean } else { 0.0 };
+                let exact = direct + rho * 0.5 * mean * mean;
+                let found = batches[2 + channel].statistics().preconditioned();
+                let error = found.std_error.unwrap();
+                let z = (found.estimate - exact) / error;
+                assert!(
+                    z.abs() < 4.9 && error < 0.1,
+                    "{goal} {channel}: {z} {error}"
+                );
+            }
         }
     }
 

@@ -77,6 +77,19 @@ pub trait Equation: Chain {
         let _ = x;
         num_traits::one()
     }
+
+    /// The start of a walk for ∫ p(x, y) u(y) dμ(y), the mean of u over steps from x: the point to which a step leads, with φ = 1. Nothing
+    /// comes from where a step leaves the space. Of light that is the irradiance, of which black walls have one, too.
+    fn arriving<U: Uniforms<Self::Scalar>>(
+        &self,
+        x: &Self::Point,
+        uniforms: &mut U,
+    ) -> StartOf<Self> {
+        match self.step(x, uniforms) {
+            Some(y) => Start::of(self, y, num_traits::one()),
+            None => Start::of(self, *x, num_traits::zero()),
+        }
+    }
 }
 
 /// The start of a walk.
@@ -133,6 +146,16 @@ impl<E: Equation + ?Sized> Functional<E> for At<E::Point> {
     }
 }
 
+/// The mean of u over steps from a point, ∫ p(x, y) u(y) dμ(y): see [`Equation::arriving`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Arriving<P>(pub(crate) P);
+
+impl<E: Equation + ?Sized> Functional<E> for Arriving<E::Point> {
+    fn start<U: Uniforms<E::Scalar>>(&self, equation: &E, uniforms: &mut U) -> StartOf<E> {
+        equation.arriving(&self.0, uniforms)
+    }
+}
+
 /// A multiple of another functional: walks start in the same states, and φ is as many times as large.
 ///
 /// ```
@@ -152,12 +175,7 @@ pub struct Scaled<T, F> {
 impl<E: Equation + ?Sized, T: Functional<E>> Functional<E> for Scaled<T, E::Scalar> {
     #[inline]
     fn start<U: Uniforms<E::Scalar>>(&self, equation: &E, uniforms: &mut U) -> StartOf<E> {
-        let Start { point, phi, known } = self.of.start(equation, uniforms);
-        Start {
-            point,
-            phi: phi * self.factor,
-            known: known.scaled(self.factor),
-        }
+        self.of.start(equation, uniforms).scaled(self.factor)
     }
 
     /// φ has the factor already.
@@ -183,6 +201,17 @@ impl<P, F: Real, V: Value<F>> Start<P, F, V> {
             point,
             phi,
             known: V::splat(equation.channels(), F::zero()),
+        }
+    }
+
+    /// The start of a walk for so many times as much.
+    #[inline]
+    #[must_use]
+    pub fn scaled(self, factor: F) -> Self {
+        Self {
+            point: self.point,
+            phi: self.phi * factor,
+            known: self.known.scaled(factor),
         }
     }
 }

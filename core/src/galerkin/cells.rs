@@ -86,6 +86,22 @@ pub trait Cells: Space {
 
     /// The point with these coordinates, of whatever kind people write them in; `None` if X has no such point.
     fn at(&self, coordinates: &[f64]) -> Option<Self::Point>;
+
+    /// The number of copies of one space that the cells are of, as a system has one for each unknown function: the first so many cells are those of the
+    /// first copy, the next ones lie at the same places of the next copy, with the same parameters, and so on.
+    #[inline]
+    fn copies(&self) -> usize {
+        1
+    }
+
+    /// The number of a cell within its copy.
+    #[inline]
+    fn place(&self, cell: usize) -> usize {
+        match self.copies() {
+            1 => cell,
+            copies => cell % (self.cells() / copies).max(1),
+        }
+    }
 }
 
 /// The functions ψ_i0 … ψ_i(B−1) on every cell, orthonormal with respect to μ/μ(X_i); ψ_i0 = 1.

@@ -217,6 +217,11 @@ impl<E: Cells> Cells for Grid<E> {
     fn at(&self, coordinates: &[f64]) -> Option<E::Point> {
         self.equation.at(coordinates)
     }
+
+    #[inline]
+    fn copies(&self) -> usize {
+        self.equation.copies()
+    }
 }
 
 impl<E: Regular> Regular for Grid<E> {

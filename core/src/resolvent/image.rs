@@ -266,7 +266,7 @@ impl<'a, E: Regular> Images<'a, E> {
         all
     }
 
-    /// The parts of a cell with which its integrals begin: those beside x, if it is there.
+    /// The parts of a cell with which its integrals begin: those beside x, if it is at the same place.
     fn begin(&self, x: &CellPoint<E::Point>, cell: usize, visit: &mut dyn FnMut(Part)) {
         let near = self.resolvent.tables.near;
         let power = |cell: usize| near.get(cell).copied().unwrap_or(0).max(1);
@@ -278,9 +278,10 @@ impl<'a, E: Regular> Images<'a, E> {
             error: 0.0,
         };
         let next = power(cell).max(power(x.cell));
-        if cell != x.cell {
-            let is_next = E::DIMENSION == 1 && cell.abs_diff(x.cell) == 1 && next > 1;
-            let is_after = cell > x.cell;
+        let [own, there] = [cell, x.cell].map(|cell| self.resolvent.equation.place(cell));
+        if own != there {
+            let is_next = E::DIMENSION == 1 && own.abs_diff(there) == 1 && next > 1;
+            let is_after = own > there;
             let anchor = Anchor {
                 at: [if is_after { 0.0 } else { 1.0 }; MOST_DIMENSIONS],
                 sides: u32::from(is_after),
@@ -295,7 +296,7 @@ impl<'a, E: Regular> Images<'a, E> {
             let anchor = Anchor {
                 at: x.parameters,
                 sides,
-                power: power(cell),
+                power: next,
             };
             let has_room = (0..E::DIMENSION).all(|axis| anchor.reach(axis).0 > 0.0);
             if has_room {

@@ -245,7 +245,7 @@ impl<'a, E: Regular> GalerkinRows<'a, E> {
         self
     }
 
-    /// Fills ∫ K(x, y) ψ_b(y) over the cell of x by a rule that is graded towards x on every axis; whether all values were finite.
+    /// Fills ∫ K(x, y) ψ_b(y) over a cell at the place of x by a rule that is graded towards x on every axis; whether all values were finite.
     fn near(&self, x: &E::Point, at: &[f64], cell: usize, integrals: &mut [f64]) -> bool {
         let sides = 2 * self.axis.len();
         let count = sides.saturating_pow(E::DIMENSION as u32);
@@ -286,15 +286,16 @@ impl<'a, E: Regular> GalerkinRows<'a, E> {
         let nodes = self.right.shares.len();
         let mut integrals = vec![0.0; functions];
         let mut is_finite = true;
+        let place = |cell: usize| self.equation.place(cell);
         rows.fill(0.0);
         let [left, _] = self.rules(cell);
         for (t, share, psi) in left.iter(dimension, functions) {
             let x = self.equation.point(cell, t);
             for (into, points) in self.points.chunks_exact(nodes).enumerate() {
                 integrals.fill(0.0);
-                let is_near = self.grading > 1 && into == cell;
+                let is_near = self.grading > 1 && place(into) == place(cell);
                 if is_near {
-                    is_finite &= self.near(&x, t, cell, &mut integrals);
+                    is_finite &= self.near(&x, t, into, &mut integrals);
                 }
                 let far = if is_near { &[][..] } else { points };
                 let [_, right] = self.rules(into);
@@ -347,6 +348,13 @@ fn exponent(size: impl Fn(f64) -> f64) -> f64 {
     }
 }
 
+/// The cells at the place of one, of all copies of the space.
+fn beside<E: Regular>(equation: &E, cell: usize) -> impl Iterator<Item = usize> {
+    let (copies, place) = (equation.copies(), equation.place(cell));
+    let each = equation.cells() / copies.max(1);
+    (0..copies).map(move |copy| copy * each + place)
+}
+
 /// The exponent a with which K grows like |x − y|^−a towards x = y, as some points tell; 0 where it does not grow. That of a logarithm is
 /// about 0.1.
 pub fn singularity<E: Regular>(equation: &E) -> f64 {
@@ -359,15 +367,19 @@ pub fn singularity<E: Regular>(equation: &E) -> f64 {
         let own = t.get_mut(..E::DIMENSION).unwrap_or(&mut []);
         own.iter_mut().for_each(|t| *t = draws.uniform());
         let x = equation.point(cell, own);
-        *found = exponent(|distance| {
-            let mut t = t;
-            let own = t.get_mut(..E::DIMENSION).unwrap_or(&mut []);
-            for t in own.iter_mut() {
-                // Towards the middle.
-                *t += if *t < 0.5 { distance } else { -distance };
-            }
-            equation.kernel(&x, &equation.point(cell, own)).to_f64()
-        });
+        *found = beside(equation, cell)
+            .map(|into| {
+                exponent(|distance| {
+                    let mut t = t;
+                    let own = t.get_mut(..E::DIMENSION).unwrap_or(&mut []);
+                    for t in own.iter_mut() {
+                        // Towards the middle.
+                        *t += if *t < 0.5 { distance } else { -distance };
+                    }
+                    equation.kernel(&x, &equation.point(into, own)).to_f64()
+                })
+            })
+            .fold(0.0, f64::max);
     }
     exponents.sort_unstable_by(f64::total_cmp);
     exponents.get(GRADING_LOOKS / 2).copied().unwrap_or(0.0)
@@ -445,12 +457,15 @@ pub fn is_rough<E: Regular>(equation: &E) -> bool {
         let cell = number * equation.cells() / GRADING_LOOKS;
         let t = 0.25 + 0.5 * (number as f64 + 0.5) / GRADING_LOOKS as f64;
         let x = equation.point(cell, &[t]);
-        let at = |t: f64| equation.kernel(&x, &equation.point(cell, &[t])).to_f64();
-        let middle = at(t);
-        let bend = |distance: f64| (at(t - distance) + at(t + distance) - 2.0 * middle).abs();
-        let [wide, narrow] = [bend(ROUGH_DISTANCE), bend(0.5 * ROUGH_DISTANCE)];
-        let is_seen = narrow > ROUGH_BEND * middle.abs().max(wide);
-        rough += usize::from(is_seen && narrow > ROUGH * wide);
+        let is_rough = |into: usize| {
+            let at = |t: f64| equation.kernel(&x, &equation.point(into, &[t])).to_f64();
+            let middle = at(t);
+            let bend = |distance: f64| (at(t - distance) + at(t + distance) - 2.0 * middle).abs();
+            let [wide, narrow] = [bend(ROUGH_DISTANCE), bend(0.5 * ROUGH_DISTANCE)];
+            let is_seen = narrow > ROUGH_BEND * middle.abs().max(wide);
+            is_seen && narrow > ROUGH * wide
+        };
+        rough += usize::from(beside(equation, cell).any(is_rough));
     }
     rough > GRADING_LOOKS / 4
 }

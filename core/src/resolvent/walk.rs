@@ -355,11 +355,11 @@ impl<E: Regular> Resolvent<'_, E> {
         draws: &mut U,
     ) -> (CellPoint<E::Point>, f64) {
         let power = |cell: usize| self.tables.near.get(cell).copied().unwrap_or(0);
-        let is_next = E::DIMENSION == 1 && z.cell.abs_diff(into) == 1;
-        let power = match (z.cell == into, is_next) {
-            (true, _) => power(into),
-            (_, true) => power(into).max(power(z.cell)),
-            _ => 0,
+        let [from, to] = [z.cell, into].map(|cell| self.equation.place(cell));
+        let is_next = E::DIMENSION == 1 && from.abs_diff(to) == 1;
+        let power = match from == to || is_next {
+            true => power(into).max(power(z.cell)),
+            false => 0,
         };
         if power < if is_next || self.has_ends(into) { 2 } else { 1 } {
             return self.draw(into, draws);
@@ -367,7 +367,7 @@ impl<E: Regular> Resolvent<'_, E> {
         self.draw_near(z, into, power, draws)
     }
 
-    /// A point of the cell of z, or, in one dimension, of the next one, with its share: half of them are uniform, and the distance of the
+    /// A point of a cell at the place of z, or, in one dimension, at the next one, with its share: half of them are uniform, and the distance of the
     /// others from z, or from the common end, is a uniform number to a power. Cells of one dimension that are next to each other
     /// have numbers that are; where they have others, half of the points are uniform nevertheless.
     pub(super) fn draw_near<U: Uniforms<f64>>(
@@ -380,14 +380,15 @@ impl<E: Regular> Resolvent<'_, E> {
         // Rounding tells points apart that are as far as that.
         let epsilon = <E::Scalar as Real>::EPSILON.to_f64();
         let nearest = 4.0 * epsilon * self.tables.measures.len() as f64;
-        let mut t = match into.cmp(&z.cell) {
+        let [from, to] = [z.cell, into].map(|cell| self.equation.place(cell));
+        let mut t = match to.cmp(&from) {
             core::cmp::Ordering::Less => [1.0; MOST_DIMENSIONS],
             core::cmp::Ordering::Equal => z.parameters,
             core::cmp::Ordering::Greater => [0.0; MOST_DIMENSIONS],
         };
         // From an end there is one side.
         let is_inner = nearest < t[0] && t[0] < 1.0 - nearest;
-        let is_sided = E::DIMENSION == 1 && into == z.cell && is_inner;
+        let is_sided = E::DIMENSION == 1 && to == from && is_inner;
         let (mut share, mut density, mut is_near) = (1.0, 1.0, None);
         let own = t.get_mut(..E::DIMENSION).unwrap_or(&mut []);
         for t in own.iter_mut() {

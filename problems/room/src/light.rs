@@ -7,7 +7,7 @@ use alloc::vec::Vec;
 use fredholm_core::NoDraws;
 #[cfg(feature = "alloc")]
 use fredholm_core::galerkin::{Cells, buffer, legendre, reserve};
-use fredholm_core::{Equation, Lights, Real, Uniforms, Value};
+use fredholm_core::{Equation, Lights, Real, Start, StartOf, Uniforms, Value};
 #[cfg(feature = "alloc")]
 use fredholm_core::{SourcePart, best_lights};
 use fredholm_surfaces::Tint;
@@ -105,6 +105,13 @@ impl<F: Real, C: Tint<F>> Lights for Room<'_, F, C> {
         match self.lights().binary_search(&(x.wall() as u32)) {
             Ok(_) => self.emission(x.wall() as u32),
             Err(_) => self.white(zero()),
+        }
+    }
+
+    fn arriving_lit<U: Uniforms<F>>(&self, x: &Point<F>, uniforms: &mut U) -> StartOf<Self> {
+        Start {
+            known: self.direct(x),
+            ..self.arriving(x, uniforms)
         }
     }
 }

@@ -1,7 +1,9 @@
 //! The equation of light and heat on a scene, and its chain.
 
 use fredholm_core::galerkin::{Basis, Cells};
-use fredholm_core::{Chain, Density, Equation, Lights, Located, Real, Space, Uniforms, Value};
+use fredholm_core::{
+    Chain, Density, Equation, Lights, Located, Real, Space, Start, StartOf, Uniforms, Value,
+};
 use num_traits::{one, zero};
 
 use crate::SceneError;
@@ -452,6 +454,18 @@ impl<F: Real, C: Tint<F>> Lights for Radiosity<'_, F, C> {
             }
             _ if x.face == SKY => self.white(zero()),
             _ => self.white(F::NAN),
+        }
+    }
+
+    /// What arrives at x directly is estimated in x itself.
+    fn arriving_lit<U: Uniforms<F>>(&self, x: &Point<F>, uniforms: &mut U) -> StartOf<Self> {
+        let Some(on) = self.receiver(x) else {
+            return self.start_at(None, zero());
+        };
+        let known = self.irradiance(&on, uniforms);
+        Start {
+            known,
+            ..self.arriving(x, uniforms)
         }
     }
 

@@ -2,7 +2,7 @@
 
 use alloc::vec::Vec;
 
-use fredholm_core::{Functional, LastStep, Real, StartOf, Uniforms};
+use fredholm_core::{Functional, LastStep, Lights as _, Real, StartOf, Uniforms};
 
 use crate::beam::Beam;
 use crate::means::{chosen, on_face};
@@ -97,7 +97,7 @@ impl<F: Real, C: Tint<F>> Functional<LastStep<'_, Radiosity<'_, F, C>>> for Sour
         match self.origins.get(place) {
             Some(&Origin::Face(face)) => {
                 let y = on_face(radiosity.geometry(), face, share, numbers);
-                radiosity.start_arriving(&y, self.power(), uniforms)
+                radiosity.arriving_lit(&y, uniforms).scaled(self.power())
             }
             Some(&Origin::Lamp(at)) => {
                 radiosity.start_at(radiosity.seen(at, anywhere(numbers)), self.power())

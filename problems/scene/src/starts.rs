@@ -1,7 +1,7 @@
 //! Starts of walks other than points and means of u: what arrives at a face, and what a point in the air sees.
 
 use fredholm_core::{
-    Chain as _, Functional, LastStep, Lights as _, Real, Start, StartOf, Uniforms, Value as _,
+    Equation as _, Functional, LastStep, Lights as _, Real, Start, StartOf, Uniforms, Value as _,
 };
 use num_traits::{one, zero};
 
@@ -36,7 +36,7 @@ where
         uniforms: &mut U,
     ) -> StartOf<Radiosity<'_, F, C>> {
         let Start { point, phi, .. } = self.0.start(equation, uniforms);
-        equation.0.start_arriving(&point, phi, uniforms)
+        equation.arriving(&point, uniforms).scaled(phi)
     }
 }
 
@@ -203,25 +203,6 @@ impl<F: Real, C: Tint<F>> Radiosity<'_, F, C> {
             return Start::of(self, point, zero());
         };
         let known = self.known(&point).scaled(phi);
-        Start { point, phi, known }
-    }
-
-    /// The start of a walk for φ H(x), H the irradiance of a point of a face: what arrives directly is known.
-    pub(crate) fn start_arriving<U: Uniforms<F>>(
-        &self,
-        x: &Point<F>,
-        phi: F,
-        uniforms: &mut U,
-    ) -> StartOf<Self> {
-        let Some(on) = self.receiver(x) else {
-            return self.start_at(None, phi);
-        };
-        let known = self.irradiance(&on, uniforms).scaled(phi);
-        let (point, phi) = match self.step(x, uniforms) {
-            Some(y) => (y, phi),
-            // Nothing but what is known arrives.
-            None => (*x, zero()),
-        };
         Start { point, phi, known }
     }
 }

@@ -95,7 +95,7 @@ Nothing is run, except the pilot walks of a file that gives a target error and l
     #[command(after_help = "\
 The solution is a formula, or a file of points and values. In a .csv file a head names the columns (coordinates, `surface`, \
 `t`, `name` of a target, `value`); without one the last column is the value. An .npz file has arrays with such names, and a \
-.vtu file is a mesh with values. A formula is compared with u at the targets of the file and at some 256 points all over the \
+.vtu or .glb file is a mesh with values. A formula is compared with u at the targets of the file and at some 256 points all over the \
 space, a file at its own points. Form factors (.csv of from, to, factor, .npz, or View3D's text) are compared with exact ones.
 
   fredholm certify FILE.toml --with \"1.2 * x\"
@@ -297,7 +297,7 @@ impl WalkArgs {
 pub(crate) struct CertifyArgs {
     /// The problem file (TOML); for form factors also a deck or a mesh
     pub(crate) file: PathBuf,
-    /// The solution: a formula in x, or x1, x2, …, or a file of points and values (.csv, .npz, .vtu). Of several channels or
+    /// The solution: a formula in x, or x1, x2, …, or a file of points and values (.csv, .npz, .vtu, .glb). Of several channels or
     /// components give one formula for each
     #[arg(
         long,

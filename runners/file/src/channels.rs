@@ -1,7 +1,6 @@
 //! Channels as files have them: their names, and one number for all of them or one for each.
 
-use fredholm::channels::check_names;
-use fredholm::heat::part_below;
+use fredholm::channels::{Bands, ChannelNames, check_names};
 use fredholm_core::MOST_CHANNELS;
 
 use crate::place::{InputError, Placed};
@@ -25,72 +24,46 @@ pub(crate) fn read_names(field: &Field<'_, '_>) -> Result<Vec<String>, InputErro
     Ok(all)
 }
 
-/// Bands of wavelengths, between which surfaces with temperatures send out different parts of their heat.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Bands {
-    /// Where a band ends and the next one begins, in micrometres, in ascending order.
-    edges: Vec<f64>,
+/// Reads `wavelengths`.
+fn read_bands(field: &Field<'_, '_>) -> Result<Bands, InputError> {
+    let edges: Vec<f64> = field.numbers()?.value.iter().map(|x| x.value).collect();
+    let is_wrong_count = !(1..MOST_CHANNELS).contains(&edges.len());
+    let bands = Bands::new(edges).ok_or_else(|| {
+        field.error(
+            "wavelengths are in micrometres, more than 0 and in ascending order: where a band ends and the next begins",
+        )
+    })?;
+    if is_wrong_count {
+        return Err(field.error(format_args!(
+            "there are 2 to {MOST_CHANNELS} bands, with a wavelength between each and the next"
+        )));
+    }
+    Ok(bands)
 }
 
-impl Bands {
-    /// Reads `wavelengths`.
-    pub(crate) fn read(field: &Field<'_, '_>) -> Result<Self, InputError> {
-        let edges: Vec<f64> = field.numbers()?.value.iter().map(|x| x.value).collect();
-        let ascend = edges.windows(2).all(|pair| matches!(pair, [a, b] if a < b));
-        let positive = edges.iter().all(|edge| *edge > 0.0 && edge.is_finite());
-        if !ascend || !positive {
-            return Err(field.error(
-                "wavelengths are in micrometres, more than 0 and in ascending order: where a band ends and the next begins",
-            ));
+/// Reads the names of channels, or the wavelengths of bands.
+pub(crate) fn names_or_bands(
+    channels: Option<&Field<'_, '_>>,
+    wavelengths: Option<&Field<'_, '_>>,
+) -> Result<(Vec<String>, Option<Bands>), InputError> {
+    match (channels, wavelengths) {
+        (Some(_), Some(field)) => Err(field.error(
+            "bands are channels: give either the names of `channels` or the `wavelengths` of bands",
+        )),
+        (Some(field), None) => Ok((read_names(field)?, None)),
+        (None, Some(field)) => {
+            let bands = read_bands(field)?;
+            Ok((bands.names(), Some(bands)))
         }
-        if !(1..MOST_CHANNELS).contains(&edges.len()) {
-            return Err(field.error(format_args!(
-                "there are 2 to {MOST_CHANNELS} bands, with a wavelength between each and the next"
-            )));
-        }
-        Ok(Self { edges })
+        (None, None) => Ok((Vec::new(), None)),
     }
+}
 
-    /// Reads the names of channels, or the wavelengths of bands.
-    pub(crate) fn or_names(
-        channels: Option<&Field<'_, '_>>,
-        wavelengths: Option<&Field<'_, '_>>,
-    ) -> Result<(Vec<String>, Option<Self>), InputError> {
-        match (channels, wavelengths) {
-            (Some(_), Some(field)) => Err(field.error(
-                "bands are channels: give either the names of `channels` or the `wavelengths` of bands",
-            )),
-            (Some(field), None) => Ok((read_names(field)?, None)),
-            (None, Some(field)) => {
-                let bands = Self::read(field)?;
-                Ok((bands.names(), Some(bands)))
-            }
-            (None, None) => Ok((Vec::new(), None)),
-        }
-    }
-
-    /// The names of the bands.
-    pub(crate) fn names(&self) -> Vec<String> {
-        let (first, last) = (self.edges.first(), self.edges.last());
-        let below = first.map(|edge| format!("below {edge} um"));
-        let between = self.edges.windows(2);
-        let between = between.map(|pair| match pair {
-            [from, to] => format!("{from} to {to} um"),
-            _ => String::new(),
-        });
-        let above = last.map(|edge| format!("above {edge} um"));
-        below.into_iter().chain(between).chain(above).collect()
-    }
-
-    /// The parts of the heat of a black body of this temperature in kelvin that are in each band.
-    pub(crate) fn parts(&self, temperature: f64) -> Vec<f64> {
-        let below = self.edges.iter().map(|edge| part_below(*edge, temperature));
-        let ends: Vec<f64> = below.chain([1.0]).collect();
-        let starts = [0.0].iter().chain(&ends);
-        ends.iter()
-            .zip(starts)
-            .map(|(end, start)| end - start)
-            .collect()
+/// The names of channels, or bands.
+pub(crate) fn channel_names(names: &[String], bands: Option<&Bands>) -> ChannelNames {
+    match bands {
+        Some(bands) => ChannelNames::of_heat(bands.clone()),
+        None => ChannelNames::new(names.to_vec()),
     }
 }
 

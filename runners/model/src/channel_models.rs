@@ -11,9 +11,9 @@ use crate::channels::{ChannelNames, check_names, refuse_device_tables};
 use crate::cost::{Cost, PointwisePairs};
 use crate::resolvent::{ResolventAnswer, ResolventEstimate, ResolventFound, ResolventQuestion};
 use crate::{
-    About, Discretisation, Error, Examined, Goal, LastSteps, Model, NO_ITERATION, Pairs,
-    Partitioned, Prepared, Region, Request, SavedSystem, Settings, Subject, System, Then,
-    WalkOptions, WholeValues,
+    About, Differentiated, Discretisation, Error, Examined, Goal, LastSteps, Model, NO_ITERATION,
+    Pairs, Partitioned, Prepared, Quantity, Region, Request, SavedSystem, Settings, Subject,
+    System, Then, WalkOptions, WholeValues,
 };
 
 /// Equation in several channels, each of which is an equation of its own on the same space: colours of a circle, several kernels or sources on
@@ -176,6 +176,7 @@ impl ChannelModels {
             then(&Prepared {
                 job: &Joint {
                     jobs: &jobs,
+                    quantities: jobs.first().map_or(0, |job| job.shared().saturating_sub(1)),
                     weights: self.names.weights(),
                 },
                 galerkin: &self.in_order(&galerkin, targets.len()),
@@ -248,35 +249,57 @@ fn nested(
     })
 }
 
-/// The walks of all channels, each with draws of its own, and their weighted sums.
+/// The walks of all channels, each with draws of its own, and their weighted sums. Behind the statistics of a target come those of derivatives
+/// by so many quantities: of each channel, and of the sum.
 struct Joint<'a> {
     jobs: &'a [&'a dyn Job],
+    quantities: usize,
     weights: &'a [f64],
+}
+
+impl Joint<'_> {
+    /// Where the statistics of a channel, or of the sum, are among those of a target: that of u, and those of derivatives.
+    fn places(&self, channel: usize) -> impl Iterator<Item = usize> + use<> {
+        let first = self.decisive() + channel * self.quantities;
+        [channel].into_iter().chain(first..first + self.quantities)
+    }
 }
 
 impl Job for Joint<'_> {
     fn goals(&self) -> usize {
-        self.jobs.first().map_or(0, |job| job.goals()) * self.shared()
+        let of_channel = self.jobs.first().map_or(0, |job| job.goals());
+        of_channel * self.decisive()
     }
 
     fn shared(&self) -> usize {
+        self.decisive() * (1 + self.quantities)
+    }
+
+    fn decisive(&self) -> usize {
         self.jobs.len() + 1
     }
 
     fn run(&self, first: usize, batches: &mut [Batch], at_most: u64) -> Result<(), NotFinite> {
-        let Some((sum, channels)) = batches.split_last_mut() else {
+        if batches.len() < self.shared() {
             return Ok(());
-        };
-        let before = channels.to_vec();
-        let target = first / self.shared();
-        for (job, batch) in self.jobs.iter().zip(channels.chunks_mut(1)) {
-            if let Err(error) = job.run(target, batch, at_most) {
-                // No batch is ahead of another.
-                channels.copy_from_slice(&before);
-                return Err(error);
+        }
+        let target = first / self.decisive();
+        let mut channels = Vec::with_capacity(self.jobs.len());
+        for (channel, job) in self.jobs.iter().enumerate() {
+            let mut own: Vec<Batch> = self.places(channel).map(|place| batches[place]).collect();
+            job.run(target, &mut own, at_most)?;
+            channels.push(own);
+        }
+        // No batch is ahead of another: all channels have run.
+        for (channel, own) in channels.iter().enumerate() {
+            for (place, own) in self.places(channel).zip(own) {
+                batches[place] = *own;
             }
         }
-        sum.become_sum(channels, self.weights);
+        for (number, place) in self.places(self.jobs.len()).enumerate() {
+            let parts: Vec<Batch> = channels.iter().map(|own| own[number]).collect();
+            batches[place].become_sum(&parts, self.weights);
+        }
         Ok(())
     }
 }
@@ -297,6 +320,40 @@ impl Model for ChannelModels {
 
     fn unit(&self) -> Option<&'static str> {
         self.first().unit()
+    }
+
+    /// Those that all channels name, if they name the same.
+    fn quantities(&self) -> Vec<Quantity> {
+        let mut shared = self.first().quantities();
+        for model in &self.models {
+            let own = model.quantities();
+            if own.len() != shared.len() || own.iter().zip(&shared).any(|(a, b)| a.name != b.name) {
+                return Vec::new();
+            }
+            for (shared, own) in shared.iter_mut().zip(own) {
+                shared.value = shared.value.filter(|value| Some(*value) == own.value);
+            }
+        }
+        shared
+    }
+
+    fn with_derivatives(&self, goals: &[Goal]) -> Result<Option<Differentiated>, Error> {
+        let targets = self.targets(goals)?;
+        let (mut models, mut derivatives) = (Vec::new(), Vec::new());
+        for model in &self.models {
+            let Some((model, goals)) = model.with_derivatives(&targets)? else {
+                return Ok(None);
+            };
+            models.push(model);
+            derivatives = goals;
+        }
+        let (_, names) = self
+            .names
+            .shared()
+            .split_last()
+            .ok_or(Error::Internal("no channels"))?;
+        let all = Self::from_boxed(names.to_vec(), models)?;
+        Ok(Some((Box::new(all), derivatives)))
     }
 
     fn notes(&self) -> Vec<String> {

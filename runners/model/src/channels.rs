@@ -4,6 +4,7 @@ use fredholm_core::{Estimate, MOST_CHANNELS, Statistics, Value};
 use fredholm_room::Material;
 
 use crate::Wanted;
+pub use crate::bands::Bands;
 pub use crate::channel_models::ChannelModels;
 pub use crate::colours::{ColouredPart, Colours};
 use crate::heat::{ARRIVES, RadiativeExchange};
@@ -28,7 +29,7 @@ pub struct ChannelNames {
     /// The names of the channels, and that of the sum.
     names: Vec<String>,
     weights: Vec<f64>,
-    unit: Option<&'static str>,
+    bands: Option<Bands>,
 }
 
 impl ChannelNames {
@@ -46,23 +47,31 @@ impl ChannelNames {
         Self {
             names,
             weights,
-            unit: None,
+            bands: None,
         }
     }
 
-    /// Bands of heat of these names: u is in W/m².
+    /// Bands of heat: u is in W/m².
     #[must_use]
-    pub fn of_heat(bands: Vec<String>) -> Self {
+    pub fn of_heat(bands: Bands) -> Self {
         Self {
-            unit: Some("W/m2"),
-            ..Self::new(bands)
+            bands: Some(bands.clone()),
+            ..Self::new(bands.names())
         }
+    }
+
+    /// The bands of heat, if the channels are such.
+    pub(crate) const fn bands(&self) -> Option<&Bands> {
+        self.bands.as_ref()
     }
 
     /// The unit of u, if there is one.
     #[must_use]
     pub const fn unit(&self) -> Option<&'static str> {
-        self.unit
+        match self.bands {
+            Some(_) => Some("W/m2"),
+            None => None,
+        }
     }
 
     /// The names of what shares the walks of a target: the channels, and last their sum.
@@ -151,7 +160,7 @@ impl ChannelNames {
         let irradiance = own.irradiance_of(u);
         Some(Heat {
             irradiance: Some(irradiance),
-            net_flux: (self.unit.is_some() && own != ARRIVES).then(|| own.net_flux_of(irradiance)),
+            net_flux: (self.bands.is_some() && own != ARRIVES).then(|| own.net_flux_of(irradiance)),
             ..Heat::default()
         })
     }

@@ -46,6 +46,17 @@ pub fn part_below(wavelength: f64, temperature: f64) -> f64 {
     15.0 / core::f64::consts::PI.powi(4) * sum
 }
 
+/// The derivative of [`part_below`] by the temperature, per kelvin: 15/π⁴ x³/(eˣ − 1) x/T, with the x there.
+pub(crate) fn slope_below(wavelength: f64, temperature: f64) -> f64 {
+    let x = SECOND_RADIATION / (wavelength * temperature);
+    if !x.is_finite() {
+        return 0.0;
+    }
+    // Where eˣ is infinite, this is 0.
+    let density = x * x * x / libm::expm1(x);
+    15.0 / core::f64::consts::PI.powi(4) * density * x / temperature
+}
+
 /// The material of what has u = H: where all that leaves arrives.
 pub(crate) const ARRIVES: Material = Material::flux(0.0);
 

@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod about;
+mod bands;
 mod channel_models;
 pub mod channels;
 mod colours;

@@ -261,13 +261,13 @@ pub trait Model: Send + Sync {
         Vec::new()
     }
 
-    /// This equation as one together with those of its derivatives by all [quantities](Self::quantities), and the goals there that are the
-    /// derivatives of these goals: of each those by all quantities. `None`: walks of the equation itself tell them
+    /// This equation as one together with those of its derivatives by all [quantities](Self::quantities), and the targets there that are the
+    /// derivatives of those of these goals: of each target those by all quantities. `None`: walks of the equation itself tell them
     /// ([`Wanted::Derivatives`]).
     ///
     /// # Errors
     /// [`Error::Option`]: something has no derivative.
-    fn with_derivatives(&self, goals: &[Goal]) -> Result<Option<Differentiated<'_>>, Error> {
+    fn with_derivatives(&self, goals: &[Goal]) -> Result<Option<Differentiated>, Error> {
         let _ = goals;
         Ok(None)
     }
@@ -300,8 +300,8 @@ pub trait Model: Send + Sync {
     }
 }
 
-/// An equation together with those of its derivatives, and goals that are derivatives.
-pub type Differentiated<'m> = (Box<dyn Model + 'm>, Vec<Goal>);
+/// An equation together with those of its derivatives, and targets that are derivatives.
+pub type Differentiated = (Box<dyn Model>, Vec<Goal>);
 
 /// A deterministic solution.
 #[derive(Clone, Copy, Debug, Serialize)]

@@ -1,12 +1,12 @@
 //! The quantities on which the solution of an exchange of light or heat depends.
 
 use fredholm_core::Dependence;
-use fredholm_room::STEFAN_BOLTZMANN;
+use fredholm_room::{Material, STEFAN_BOLTZMANN};
 use serde::{Deserialize, Serialize};
 
 use crate::Region;
 use crate::channels::Colours;
-use crate::heat::{Element, RadiativeExchange};
+use crate::heat::RadiativeExchange;
 
 /// A quantity on which u depends: the reflectance of a surface, say.
 ///
@@ -63,43 +63,105 @@ pub struct Uncertainty {
     pub std_error: f64,
 }
 
-/// What a wall or a face depends on: a word, its value, unit and range, and what u' gains there and times u.
-type Own = (&'static str, f64, Option<&'static str>, [f64; 2], [f64; 2]);
+/// What a wall or a face depends on: a word, its value, unit and range, and what it has to do with it.
+struct Own {
+    word: &'static str,
+    value: f64,
+    unit: Option<&'static str>,
+    range: [f64; 2],
+    by: Dependence,
+}
 
 /// The range of numbers, of shares, and of temperatures.
 const ANY: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 const SHARE: [f64; 2] = [0.0, 1.0];
 const POSITIVE: [f64; 2] = [0.0, f64::INFINITY];
 
-/// The quantities of a wall or a face. Of a black one its reflectance is none: walks end there, and tell nothing of what arrives.
-fn of_element(element: &Element, is_heat: bool) -> Vec<Own> {
-    let (reflectance, emission) = (element.material.reflectance, element.material.emission);
+/// The heat of a wall or a face in one band.
+#[derive(Clone, Copy)]
+struct InBand {
+    /// The temperature in kelvin.
+    kelvin: f64,
+    /// The part of the heat of a black body that is in the band, and its derivative by the temperature.
+    part: f64,
+    slope: f64,
+}
+
+/// What ∂T/∂λ u is where ρ grows by λ and all that leaves is F + ρ H: H, times `sign`, which u tells unless ρ = 0.
+fn of_irradiance(material: &Material, sign: f64) -> Dependence {
+    let Material {
+        reflectance,
+        emission,
+    } = *material;
+    if reflectance > 0.0 {
+        return Dependence {
+            source: -sign * emission / reflectance,
+            of_u: sign / reflectance,
+            ..Dependence::on(0)
+        };
+    }
+    Dependence {
+        of_arriving: sign,
+        ..Dependence::on(0)
+    }
+}
+
+/// The quantities of a wall or a face, of light or of heat, in one channel or a band.
+fn of_element(material: &Material, is_heat: bool, band: Option<InBand>) -> Vec<Own> {
+    let (reflectance, emission) = (material.reflectance, material.emission);
     let emissivity = 1.0 - reflectance;
+    let source = |source: f64| Dependence {
+        source,
+        ..Dependence::on(0)
+    };
+    let share = |word, value, by| Own {
+        word,
+        value,
+        unit: None,
+        range: SHARE,
+        by,
+    };
+    let number = |word, unit| Own {
+        word,
+        value: emission,
+        unit,
+        range: ANY,
+        by: source(1.0),
+    };
     if !is_heat {
-        let own = [-emission / reflectance, 1.0 / reflectance];
-        let own = ("reflectance", reflectance, None, SHARE, own);
-        let own = (reflectance > 0.0).then_some(own);
-        let emission = ("emission", emission, None, ANY, [1.0, 0.0]);
-        return own.into_iter().chain([emission]).collect();
+        let by = of_irradiance(material, 1.0);
+        return vec![
+            share("reflectance", reflectance, by),
+            number("emission", None),
+        ];
     }
-    if emissivity <= 0.0 {
-        return vec![("net flux", emission, Some("W/m²"), ANY, [1.0, 0.0])];
+    if emissivity <= 0.0 && band.is_none() {
+        return vec![number("net flux", Some("W/m²"))];
     }
-    let black = emission / emissivity;
-    let temperature = (black / STEFAN_BOLTZMANN).sqrt().sqrt();
-    let own = [black + emission / reflectance, -1.0 / reflectance];
-    let own = ("emissivity", emissivity, None, SHARE, own);
-    let own = (reflectance > 0.0).then_some(own);
-    let by_temperature = [4.0 * emission / temperature, 0.0];
-    let warm = (
-        "temperature",
-        temperature,
-        Some("K"),
-        POSITIVE,
-        by_temperature,
-    );
-    let warm = (temperature > 0.0).then_some(warm);
-    own.into_iter().chain(warm).collect()
+    let (black, kelvin, slope) = match band {
+        None => {
+            let black = emission / emissivity;
+            (black, (black / STEFAN_BOLTZMANN).sqrt().sqrt(), 0.0)
+        }
+        Some(band) => {
+            let all = Material::grey(1.0, band.kelvin).emission;
+            (band.part * all, band.kelvin, emissivity * all * band.slope)
+        }
+    };
+    let by = of_irradiance(material, -1.0);
+    let by = Dependence {
+        source: black + by.source,
+        ..by
+    };
+    let emissivity = share("emissivity", emissivity, by);
+    let warm = (kelvin > 0.0).then(|| Own {
+        word: "temperature",
+        value: kelvin,
+        unit: Some("K"),
+        range: POSITIVE,
+        by: source(4.0 * emission / kelvin + slope),
+    });
+    [emissivity].into_iter().chain(warm).collect()
 }
 
 /// The quantities of surfaces and lights, and what parts of surfaces have to do with these.
@@ -114,47 +176,52 @@ pub struct SurfaceQuantities {
 }
 
 impl SurfaceQuantities {
-    /// The quantities of surfaces of these names, and in these colours, if there are some; and of other lights. Bands of heat have none.
+    /// The quantities of surfaces of these names, and in these colours or bands, if there are some; and of other lights.
     pub fn new<'n>(
         surfaces: &dyn RadiativeExchange,
         name: &dyn Fn(usize) -> Option<&'n str>,
         (colours, lights): (Option<&Colours>, Vec<String>),
     ) -> Self {
         let is_heat = surfaces.is_heat();
-        let channels = colours.map_or(1, |colours| match colours.names.unit() {
-            None => colours.names.channels(),
-            Some(_) => 0,
-        });
+        let channels = colours.map_or(1, |colours| colours.names.channels());
+        let bands = colours.and_then(|colours| colours.names.bands());
+        let is_heat = is_heat || bands.is_some();
         let mut quantities = Vec::new();
         let mut all = vec![Vec::new(); channels];
         let names = (0..).map_while(|surface| Some((surface, name(surface)?)));
-        for (surface, name) in names.take_while(|_| channels > 0) {
+        for (surface, name) in names {
             let first = quantities.len();
             let elements = surfaces.elements(&Region::Part(surface));
             for (channel, all) in all.iter_mut().enumerate() {
                 let mut parts: Vec<Vec<Dependence>> = Vec::new();
                 for element in &elements {
                     let own = colours.and_then(|own| own.of_part(surface, element.part));
-                    let own = own.and_then(|own| own.get(channel));
-                    let element = Element {
-                        material: *own.unwrap_or(&element.material),
-                        ..*element
-                    };
+                    let kelvin = bands.and_then(|bands| bands.temperature(own?));
+                    let material = own.and_then(|own| own.get(channel));
+                    let band = bands.map(|bands| {
+                        let kelvin = kelvin.unwrap_or(0.0);
+                        let of = |all: Vec<f64>| all.get(channel).copied().unwrap_or(f64::NAN);
+                        InBand {
+                            kelvin,
+                            part: of(bands.parts(kelvin)),
+                            slope: of(bands.slopes(kelvin)),
+                        }
+                    });
                     if parts.len() <= element.part {
                         parts.resize_with(element.part + 1, Vec::new);
                     }
-                    let own = of_element(&element, is_heat).into_iter();
-                    let own = own.map(|(word, value, unit, range, [source, of_u])| {
+                    let material = material.unwrap_or(&element.material);
+                    let own = of_element(material, is_heat, band).into_iter();
+                    let own = own.map(|own| {
                         let quantity = Quantity {
-                            name: format!("{name} {word}"),
-                            value: Some(value),
-                            unit,
-                            range,
+                            name: format!("{name} {}", own.word),
+                            value: Some(own.value),
+                            unit: own.unit,
+                            range: own.range,
                         };
                         Dependence {
                             quantity: first + number(&mut quantities, first, quantity),
-                            source,
-                            of_u,
+                            ..own.by
                         }
                     });
                     parts[element.part] = own.collect();
@@ -163,8 +230,7 @@ impl SurfaceQuantities {
             }
         }
         let of_surfaces = quantities.len();
-        let lights = lights.into_iter().take_while(|_| channels > 0);
-        quantities.extend(lights.map(|name| Quantity {
+        quantities.extend(lights.into_iter().map(|name| Quantity {
             range: POSITIVE,
             ..Quantity::number(&name, 1.0)
         }));

@@ -19,7 +19,8 @@ impl Mesh {
     /// there is one, or else of cells. z points upwards.
     ///
     /// Colours go from a fiftieth of the numbers to all but a fiftieth: a lamp may be brighter than all else. What has no number is
-    /// black.
+    /// black. The numbers themselves are attributes of vertices, each by its name behind `_`, in single precision; `extras.values` of the
+    /// primitive says whether they are of `points` or of `cells`. No two cells share a vertex.
     ///
     /// ```
     /// use fredholm_plot::{Cell, Mesh, Quantity};
@@ -44,6 +45,11 @@ impl Mesh {
             .or(of_cells)
             .map_or(&[][..], |own| &own.numbers[..]);
         let scale = Scale::within(numbers.iter().copied(), 0.0);
+        let shown = match of_points {
+            Some(_) => &self.on_points,
+            None => &self.on_cells,
+        };
+        let mut values: Vec<Vec<f32>> = vec![Vec::new(); shown.len()];
         let (mut places, mut colours, mut corners) = (Vec::new(), Vec::new(), Vec::new());
         for (number, cell) in self.cells.iter().enumerate() {
             if !matches!(cell, Cell::Triangle(_) | Cell::Quad(_)) {
@@ -54,6 +60,9 @@ impl Mesh {
                 let of = if of_points.is_some() { corner } else { number };
                 places.push(self.points[corner].map(|x| x as f32));
                 colours.push(linear(scale, numbers.get(of).copied()));
+                for (values, own) in values.iter_mut().zip(shown) {
+                    values.push(own.numbers.get(of).map_or(f32::NAN, |x| *x as f32));
+                }
             }
             // The triangles that go around the cell.
             for k in 2..cell.corners().len() as u32 {
@@ -68,8 +77,13 @@ impl Mesh {
             all.flat_map(|x| x.to_le_bytes()).collect()
         };
         let indices = corners.iter().flat_map(|i| i.to_le_bytes()).collect();
-        let parts = [floats(&places), floats(&colours), indices];
-        let mut json = description(&places, [0, 1, 2].map(|k| parts[k].len())).to_string();
+        let mut parts = vec![floats(&places), floats(&colours), indices];
+        for values in &values {
+            parts.push(values.iter().flat_map(|x| x.to_le_bytes()).collect());
+        }
+        let names: Vec<&str> = shown.iter().map(|own| &*own.name).collect();
+        let lengths: Vec<usize> = parts.iter().map(Vec::len).collect();
+        let mut json = description(&places, &lengths, (&names, of_points.is_some())).to_string();
         // Chunks are multiples of four bytes.
         while !json.len().is_multiple_of(4) {
             json.push(' ');
@@ -107,9 +121,13 @@ fn linear(scale: Option<Scale>, number: Option<f64>) -> [f32; 3] {
     })
 }
 
-/// What a viewer reads first: the parts of the buffer, which are the places and colours of vertices and the corners of triangles and
-/// have these lengths in bytes.
-fn description(vertices: &[[f32; 3]], [places, colours, corners]: [usize; 3]) -> Value {
+/// What a viewer reads first: the parts of the buffer, which are the places and colours of vertices, the corners of triangles and the numbers of
+/// these names, and have these lengths in bytes.
+fn description(
+    vertices: &[[f32; 3]],
+    lengths: &[usize],
+    (names, are_of_points): (&[&str], bool),
+) -> Value {
     let end = |pick: fn(f32, f32) -> f32| {
         let all = vertices.iter().copied();
         all.reduce(|a, b| [0, 1, 2].map(|k| pick(a[k], b[k])))
@@ -118,7 +136,24 @@ fn description(vertices: &[[f32; 3]], [places, colours, corners]: [usize; 3]) ->
     let mut positions = triples(0);
     positions["min"] = json!(end(f32::min));
     positions["max"] = json!(end(f32::max));
-    let view = |offset: usize, length: usize, target: u32| json!({"buffer": 0, "byteOffset": offset, "byteLength": length, "target": target});
+    let mut views: Vec<Value> = Vec::new();
+    let mut end_of_views = 0;
+    for (number, &length) in lengths.iter().enumerate() {
+        let target = match number {
+            2 => ELEMENT_ARRAY_BUFFER,
+            _ => ARRAY_BUFFER,
+        };
+        views.push(json!({"buffer": 0, "byteOffset": end_of_views, "byteLength": length, "target": target}));
+        end_of_views += length;
+    }
+    let scalars = |view: usize, of: u32, bytes: usize| json!({"bufferView": view, "componentType": of, "type": "SCALAR", "count": bytes / 4});
+    let corners = lengths.get(2).map_or(0, |bytes| *bytes);
+    let mut accessors = vec![positions, triples(1), scalars(2, UNSIGNED_INT, corners)];
+    let mut attributes = json!({"POSITION": 0, "COLOR_0": 1});
+    for (number, name) in (3..).zip(names) {
+        accessors.push(scalars(number, FLOAT, 4 * vertices.len()));
+        attributes[format!("_{name}")] = json!(number);
+    }
     let turn = core::f64::consts::FRAC_1_SQRT_2;
     json!({
         "asset": {"version": "2.0", "generator": "fredholm"},
@@ -128,22 +163,15 @@ fn description(vertices: &[[f32; 3]], [places, colours, corners]: [usize; 3]) ->
         // From z to y, which points upwards in glTF.
         "nodes": [{"mesh": 0, "rotation": [-turn, 0, 0, turn]}],
         "meshes": [{"primitives": [{
-            "attributes": {"POSITION": 0, "COLOR_0": 1},
+            "attributes": attributes,
             "indices": 2,
             "material": 0,
+            "extras": {"values": if are_of_points { "points" } else { "cells" }},
         }]}],
         "materials": [{"doubleSided": true, "extensions": {"KHR_materials_unlit": {}}}],
-        "accessors": [
-            positions,
-            triples(1),
-            {"bufferView": 2, "componentType": UNSIGNED_INT, "type": "SCALAR", "count": corners / 4},
-        ],
-        "bufferViews": [
-            view(0, places, ARRAY_BUFFER),
-            view(places, colours, ARRAY_BUFFER),
-            view(places + colours, corners, ELEMENT_ARRAY_BUFFER),
-        ],
-        "buffers": [{"byteLength": places + colours + corners}],
+        "accessors": accessors,
+        "bufferViews": views,
+        "buffers": [{"byteLength": end_of_views}],
     })
 }
 
@@ -199,7 +227,18 @@ mod tests {
         assert!(colours[..3].iter().all(|colour| *colour == colours[0]));
         assert!(colours[3..].iter().all(|colour| *colour == colours[6]));
         assert!(colours[0].iter().sum::<f32>() < 0.1 && colours[6].iter().sum::<f32>() > 1.0);
-        let corners: Vec<u32> = body[2 * 7 * 12..]
+        let attributes = &json["meshes"][0]["primitives"][0]["attributes"];
+        assert_eq!(
+            (&attributes["_u"], &accessors[3]["count"]),
+            (&3.into(), &7.into())
+        );
+        let (indices, values) = body[2 * 7 * 12..].split_at(9 * 4);
+        let values: Vec<f32> = values
+            .chunks_exact(4)
+            .map(|bytes| f32::from_le_bytes(bytes.try_into().unwrap()))
+            .collect();
+        assert_eq!(values, [1.0, 1.0, 1.0, 3.0, 3.0, 3.0, 3.0]);
+        let corners: Vec<u32> = indices
             .chunks_exact(4)
             .map(|bytes| u32::from_le_bytes(bytes.try_into().unwrap()))
             .collect();

@@ -125,11 +125,20 @@ impl Sensitivities {
         })
     }
 
-    /// The derivatives that are the goals of a report.
-    fn of_report(report: &Report, goals: &[Goal], quantities: &[Quantity]) -> Self {
-        let of = |own: &crate::report::GoalReport| (own.value(), Some(own.std_error()));
+    /// The derivatives that are the goals of a report: those of a target by all quantities follow each other, each in all channels, of which there
+    /// are so many with their sum.
+    fn of_report(report: &Report, goals: &[Goal], quantities: &[Quantity], shared: usize) -> Self {
+        let own = |goal: usize, quantity: usize| {
+            let (target, channel) = (goal / shared, goal % shared);
+            let place = (target * quantities.len() + quantity) * shared + channel;
+            let own = report.goals.get(place);
+            own.map_or((f64::NAN, None), |own| (own.value(), Some(own.std_error())))
+        };
+        let goals_and =
+            (0..goals.len()).flat_map(|goal| (0..quantities.len()).map(move |q| (goal, q)));
+        let values = goals_and.map(|(goal, quantity)| own(goal, quantity));
         Self {
-            derivatives: sorted(goals, quantities, report.goals.iter().map(of)),
+            derivatives: sorted(goals, quantities, values),
             budgets: Vec::new(),
             walks: report.walks(),
             states: report.states,
@@ -277,7 +286,7 @@ impl Solver<'_> {
                         "are by quantities, and this equation names none, as `[problem.parameters]` would: leave them out"
                     }
                     _ => {
-                        "of bands of heat, and of channels that are equations of their own, are not offered: leave them out"
+                        "are by quantities that all channels name: give all the same parameters, and lists of the same length"
                     }
                 };
                 return refused(what);
@@ -326,7 +335,13 @@ impl Solver<'_> {
             let solver = solver.observer(self.watch).execute(self.execute);
             let found = solver.solve_targets()?;
             let quantities = self.model.quantities();
-            Ok(Some(Sensitivities::of_report(&found, &goals, &quantities)))
+            let shared = self.model.shared();
+            Ok(Some(Sensitivities::of_report(
+                &found,
+                &goals,
+                &quantities,
+                shared,
+            )))
         };
         match self.explained(run()) {
             Ok(found) => {
@@ -343,7 +358,7 @@ impl Solver<'_> {
 
     /// The derivatives of u at all targets with respect to the [quantities](crate::Model::quantities) on which it depends: of rooms and scenes
     /// reflectances and emissions of surfaces, or emissivities, temperatures and given net fluxes; of circles, spheres and tubes their parameters; of
-    /// formulas theirs. Of a black surface there is none with respect to its reflectance.
+    /// formulas theirs.
     ///
     /// They are those of [`solve`](Self::solve) [with them](Self::with_sensitivities): the walks of u tell them, so that a target error is that of u.
     /// Derivatives by parameters of formulas are the solutions of equations of their own, to which all settings belong.

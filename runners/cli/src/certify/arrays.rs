@@ -1,5 +1,5 @@
-//! Solutions in files of arrays: NumPy's archives, and meshes with values as `meshio`, `PyVista` and this program write them. What comes of
-//! either is a table, whose columns have names.
+//! Solutions in files of arrays: NumPy's archives, and meshes with values as `meshio`, `PyVista` and this program write
+//! them. What comes of each is a table, whose columns have names.
 
 use std::collections::BTreeMap;
 use std::io::{Cursor, Read as _};
@@ -9,6 +9,7 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use flate2::read::ZlibDecoder;
 use roxmltree::{Document, Node};
+use serde_json::Value;
 
 use crate::failure::Failure;
 use crate::file;
@@ -45,7 +46,7 @@ pub(super) struct Table {
 
 /// Whether a file of this name has arrays.
 pub(super) fn is_read(path: &Path) -> bool {
-    matches!(ending(path).as_str(), "npz" | "vtu")
+    matches!(ending(path).as_str(), "npz" | "vtu" | "glb")
 }
 
 fn ending(path: &Path) -> String {
@@ -58,6 +59,7 @@ pub(super) fn table(path: &Path, dimension: usize) -> Result<Table, Failure> {
     let bytes = file::load(path, file::MAX_BYTES)?;
     let columns = match ending(path).as_str() {
         "npz" => archive(&bytes).and_then(|arrays| of_archive(&arrays)),
+        "glb" => coloured_mesh(&bytes, dimension),
         _ => mesh(&bytes, dimension),
     };
     let columns = columns.map_err(|why| wrong(path, &why))?;
@@ -448,6 +450,86 @@ fn mesh(bytes: &[u8], dimension: usize) -> Result<Vec<Column>, String> {
     } else {
         (points.to_vec(), of_points)
     };
+    of_places(&places, &values, dimension)
+}
+
+/// A mesh of this program's for viewers of glTF, whose numbers stand beside its colours. Its places have single precision: they are what their
+/// shortest decimals say, as a file of theirs would.
+fn coloured_mesh(bytes: &[u8], dimension: usize) -> Result<Vec<Column>, String> {
+    let broken = || "it is no glTF with numbers, as `--out FILE.glb` writes it".to_owned();
+    let chunk = |from: usize| {
+        let length = bytes.get(from..from + 4)?.try_into().ok()?;
+        let length = u32::from_le_bytes(length) as usize;
+        bytes.get(from + 8..)?.get(..length)
+    };
+    let json = chunk(12).ok_or_else(broken)?;
+    let body = chunk(20 + json.len()).ok_or_else(broken)?;
+    let json: Value = serde_json::from_slice(json).map_err(|_| broken())?;
+    let whole = |own: &Value| own.as_u64().map(|n| n as usize);
+    let floats = |accessor: &Value| -> Option<Vec<f32>> {
+        let view = whole(&json["accessors"][whole(accessor)?]["bufferView"])?;
+        let view = &json["bufferViews"][view];
+        let own = body.get(whole(&view["byteOffset"])?..)?;
+        let (own, _) = own.get(..whole(&view["byteLength"])?)?.as_chunks::<4>();
+        Some(own.iter().map(|own| f32::from_le_bytes(*own)).collect())
+    };
+    let mesh = &json["meshes"][0]["primitives"][0];
+    let attributes = mesh["attributes"].as_object().ok_or_else(broken)?;
+    let places = attributes.get("POSITION").and_then(floats);
+    let places = places.ok_or_else(broken)?;
+    let (places, _) = places.as_chunks::<3>();
+    let decimal = |x: f32| format!("{x:?}").parse().unwrap_or(f64::NAN);
+    let mut places: Vec<[f64; 3]> = places.iter().map(|x| x.map(decimal)).collect();
+    let named = attributes.iter().filter_map(|(name, accessor)| {
+        let own = floats(accessor).filter(|own| own.len() == places.len())?;
+        Some((name.strip_prefix('_')?.to_owned(), own))
+    });
+    let mut values: Vec<(String, Numbers)> = named
+        .map(|(name, own)| {
+            let numbers = Numbers {
+                all: own.into_iter().map(f64::from).collect(),
+                are_single: true,
+            };
+            (name, numbers)
+        })
+        .collect();
+    if mesh["extras"]["values"] == "cells" {
+        let corners = floats(&mesh["indices"]).ok_or_else(broken)?;
+        let corners: Vec<usize> = corners.iter().map(|x| x.to_bits() as usize).collect();
+        let (triangles, _) = corners.as_chunks::<3>();
+        // The triangles of a cell have its first corner, and no two cells share a vertex.
+        let cells = triangles.chunk_by(|a, b| a[0] == b[0]);
+        let ends = |own: &[[usize; 3]]| {
+            let all = || own.iter().flatten().copied();
+            all().min().unwrap_or(0)..=all().max().unwrap_or(0)
+        };
+        let cells: Vec<_> = cells.map(ends).collect();
+        let of_cells = |own: &dyn Fn(core::ops::RangeInclusive<usize>) -> Option<f64>| {
+            let all = cells.iter().map(|cell| own(cell.clone()));
+            all.collect::<Option<Vec<f64>>>().ok_or_else(broken)
+        };
+        for (_, own) in &mut values {
+            own.all = of_cells(&|cell| own.all.get(*cell.start()).copied())?;
+        }
+        let axes = [0, 1, 2].map(|k| {
+            of_cells(&|cell| {
+                let own = places.get(cell)?;
+                Some(own.iter().map(|x| x[k]).sum::<f64>() / own.len() as f64)
+            })
+        });
+        let [x, y, z] = axes;
+        let (x, y, z) = (x?, y?, z?);
+        places = (0..x.len()).map(|k| [x[k], y[k], z[k]]).collect();
+    }
+    of_places(&places, &values, dimension)
+}
+
+/// The columns of places and their values.
+fn of_places(
+    places: &[[f64; 3]],
+    values: &[(String, Numbers)],
+    dimension: usize,
+) -> Result<Vec<Column>, String> {
     if values.is_empty() {
         return Err("neither its points nor its cells have values".to_owned());
     }

@@ -174,6 +174,14 @@ fn arrays_of_others_are_read() {
         assert_eq!(status, Some(0), "{name}: {json}");
         assert!(list(&json, "values").len() >= 5, "{json}");
     }
+    let plane = "[problem]\nkind = 'cube'\ndimension = 2\nkernel = '0.5'\nsource = '1 + x1'\n[[target]]\nname = 'u'\ngrid = [4, 3]\n";
+    let plane = folder.file("plane.toml", plane);
+    let path = folder.at("plane.glb");
+    fredholm(&["solve", &plane, "--out", &path]).quietly(0);
+    let (status, json) = certify(&plane, &path);
+    assert_eq!(status, Some(0), "{json}");
+    assert!(list(&json, "values").len() >= 12, "{json}");
+    assert!(number(&json, "rounding") > 1e-8);
     let sparse = folder.file("s.npz", bytes(SPARSE));
     let ran = fredholm(&["certify", &room, "--factors", &sparse]);
     assert_eq!(ran.status, Some(0), "{ran:?}");
@@ -192,6 +200,11 @@ fn arrays_of_others_are_read() {
         "b.vtu",
         b"<VTKFile/>".to_vec(),
         &["b.vtu: it has no points"],
+    );
+    refuse(
+        "b.glb",
+        b"glTF".to_vec(),
+        &["b.glb: it is no glTF with numbers"],
     );
     let broken = VTU.replace("eJxjYMAHLthj", "eJxjYMAH");
     refuse(

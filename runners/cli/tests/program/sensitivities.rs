@@ -16,7 +16,9 @@ fn derivatives(json: &Value) -> HashMap<(String, String), [f64; 2]> {
     let text = |own: &Value, key: &str| own[key].as_str().unwrap().to_owned();
     let of = |own: &Value| {
         let names = (text(own, "target"), text(own, "quantity"));
-        (names, [number(own, "derivative"), number(own, "std_error")])
+        // Where no walk comes by the quantity there is none.
+        let error = own["std_error"].as_f64().unwrap_or(0.0);
+        (names, [number(own, "derivative"), error])
     };
     all.map(of).collect()
 }
@@ -54,7 +56,8 @@ fn check(
         let difference = (high - low) / (2.0 * step);
         let [own, error] = found[&(target.clone(), quantity.to_owned())];
         let error = error.hypot(a.hypot(*b) / (2.0 * step));
-        let z = (own - difference) / error;
+        // Where both are exact, there is what the step leaves out.
+        let z = (own - difference) / error.max(1e-5 * difference.abs());
         println!("{target} {quantity}: {own} ± {error}, {difference}, {z:.1}");
         worst = worst.max(z.abs());
     }
@@ -213,6 +216,136 @@ fn channels_have_their_own_derivatives() {
             assert!(z.abs() < SIGMAS, "{target} {quantity}: {own} {grey} {z}");
         }
     }
+}
+
+/// Compares all derivatives by a quantity that is at an end of its range with differences of the second order to one side.
+fn check_end(
+    folder: &Folder,
+    problem: &str,
+    found: &HashMap<(String, String), [f64; 2]>,
+    (quantity, text, step): (&str, &str, f64),
+) -> f64 {
+    let (key, end) = text.rsplit_once(' ').unwrap();
+    let at = |steps: f64| {
+        let moved = end.trim().parse::<f64>().unwrap() + steps * step;
+        assert!(problem.contains(text), "{text}");
+        values(folder, &problem.replace(text, &format!("{key} {moved}\n")))
+    };
+    let (zero, one, two) = (at(0.0), at(1.0), at(2.0));
+    let mut worst = 0.0_f64;
+    for (((target, [u, a]), (_, [v, b])), (_, [w, c])) in zero.iter().zip(&one).zip(&two) {
+        let difference = (-3.0 * u + 4.0 * v - w) / (2.0 * step);
+        let [own, error] = found[&(target.clone(), quantity.to_owned())];
+        let noise = (3.0 * a).hypot(4.0 * b).hypot(*c) / (2.0 * step);
+        let z = (own - difference) / error.hypot(noise);
+        println!("{target} {quantity}: {own} ± {error}, {difference} ± {noise}, {z:.1}");
+        assert!(error < 0.05 * own.abs() + noise, "{target}: {error}");
+        worst = worst.max(z.abs());
+    }
+    worst
+}
+
+/// Walks end on black surfaces, and others go on from there: of a room, and of a scene under a sky and the sun.
+#[test]
+fn black_surfaces_have_derivatives() {
+    let folder = Folder::new();
+    let floor = "[[target]]\nname = 'floor'\nover = 'floor'\n[walk]";
+    let room = HEAT
+        .replace("emissivity = 0.9\n", "emissivity = 1\n")
+        .replace("[walk]", floor);
+    let scene = SUN.replace("reflectance = 0.4\n", "reflectance = 0\n");
+    for (problem, moved) in [
+        (room, ("floor emissivity", "emissivity = 1\n", -0.02)),
+        (scene, ("ground reflectance", "reflectance = 0\n", 0.05)),
+    ] {
+        let ran = folder.solve(&problem, &["--json", "--sensitivities"]);
+        let found = derivatives(&ran.quietly(0).json());
+        let worst = check_end(&folder, &problem, &found, moved);
+        assert!(worst < SIGMAS, "{moved:?}: {worst}");
+    }
+}
+
+/// By temperature, by Planck's law, and by emissivities of all bands at once.
+#[test]
+fn bands_have_derivatives() {
+    let folder = Folder::new();
+    let problem = "[problem]\nkind = 'room'\nwavelengths = [4, 9]\n\
+        [[problem.surface]]\nname = 'stove'\npoints = [[0, 0], [2, 0]]\nemissivity = [1, 0.7, 0.4]\ntemperature = 600\n\
+        [[problem.surface]]\nname = 'rest'\npoints = [[2, 0], [2, 1], [0, 1], [0, 0]]\nemissivity = 0.6\ntemperature = 290\n\
+        [[target]]\nname = 'rest'\nover = 'rest'\n[[target]]\nname = 'spot'\nat = { surface = 'stove', t = 0.3 }\n\
+        [walk]\nwalks = 60000\n";
+    let json = folder
+        .solve(problem, &["--json", "--sensitivities"])
+        .quietly(0)
+        .json();
+    let found = derivatives(&json);
+    // Of both targets, in three bands and their sum, by two emissivities and two temperatures.
+    assert_eq!(found.len(), 32);
+    let moves = [
+        ("stove temperature", "temperature = 600", 0.2),
+        ("rest temperature", "temperature = 290", 0.2),
+        ("rest emissivity", "emissivity = 0.6", 0.02),
+    ];
+    for moved in moves {
+        let worst = check(&folder, problem, &found, moved);
+        assert!(worst < SIGMAS, "{moved:?}: {worst}");
+    }
+    let alone: HashMap<_, _> = found
+        .into_iter()
+        .filter(|((target, _), _)| target.ends_with("below 4 um"))
+        .collect();
+    let [own, _] = alone[&("spot below 4 um".to_owned(), "stove emissivity".to_owned())];
+    assert!(own > 0.0, "{own}");
+}
+
+/// Channels that are equations of their own have the derivatives of each, from walks and from formulas.
+#[test]
+fn equations_of_channels_have_their_own_derivatives() {
+    let folder = Folder::new();
+    let solve = |problem: &str| {
+        let ran = folder.solve(problem, &["--json", "--sensitivities"]);
+        derivatives(&ran.quietly(0).json())
+    };
+    let sphere = |own: &str| {
+        format!(
+            "[problem]\nkind = 'sphere'\nasymmetry = 0.2\nemission = [1, 0.5, 0, 0]\n{own}\
+             [[target]]\nname = 'pole'\nat = [0, 0]\n[[target]]\nname = 'mean'\nover = 'all'\n[walk]\nwalks = 20000\n"
+        )
+    };
+    let of_sphere = |albedo: f64| 1.0 / (1.0 - albedo).powi(2);
+    let spheres = sphere("albedo = 0.5\n[problem.channels]\na = {}\nb = { albedo = 0.25 }\n");
+    let line = "[problem]\nkind = 'cube'\ndimension = 1\nkernel = 'p * x * y'\nsource = 'x'\n\
+        [problem.parameters]\np = 0.5\n[problem.channels]\na = {}\nb = { parameters.p = 0.25 }\n\
+        [[target]]\nname = 'mean'\nover = 'all'\n[[target]]\nname = 'u'\nat = 0.5\n";
+    // u = x/(1 − p/3): ½ at the middle and in the mean.
+    let of_line = |p: f64| 1.0 / (6.0 * (1.0 - p / 3.0).powi(2));
+    let [sphere, found] = [solve(&spheres), solve(line)];
+    for (found, quantity, exact) in [
+        (&sphere, "albedo", [of_sphere(0.5), of_sphere(0.25)]),
+        (&found, "p", [of_line(0.5), of_line(0.25)]),
+    ] {
+        let [a, b] = exact;
+        for (channel, exact) in [("a", a), ("b", b), ("sum", a + b)] {
+            for (target, own) in [("mean", exact), ("u", exact)] {
+                let name = (format!("{target} {channel}"), quantity.to_owned());
+                let Some([value, error]) = found.get(&name) else {
+                    assert_eq!(target, "u", "{found:?}");
+                    continue;
+                };
+                assert!(
+                    (value - own).abs() < SIGMAS * error,
+                    "{name:?}: {value} ± {error}, {own}"
+                );
+                assert!(*error < 0.02 * own, "{name:?}: {error}");
+            }
+        }
+    }
+    assert_eq!((sphere.len(), found.len()), (2 * 3 * 6, 2 * 3));
+    let other = line.replace("parameters.p = 0.25", "parameters.q = 0.25");
+    refused(
+        &folder.solve(&other, &["--sensitivities"]),
+        &["are by quantities that all channels name"],
+    );
 }
 
 const LINE: &str = "[problem]\nkind = 'cube'\ndimension = 1\nkernel = 'a * x * y'\nsource = 'b * x'\n\

@@ -1,10 +1,11 @@
 //! The materials of surfaces, as a problem file has them.
 
+use fredholm::channels::Bands;
 use fredholm::room::Surfaces;
 use fredholm_room::Material as RoomMaterial;
 use toml::de::DeValue;
 
-use crate::channels::{Bands, FLUX_IN_BANDS, LIGHT_IN_BANDS, Lists, of_channel};
+use crate::channels::{FLUX_IN_BANDS, LIGHT_IN_BANDS, Lists, of_channel};
 use crate::place::{InputError, Placed};
 use crate::section::{Field, Section};
 
@@ -206,15 +207,8 @@ pub(super) fn colours(
             let temperatures = list(temperature, 0.0);
             let of = |segment: usize| {
                 let kelvin = of_channel(&temperatures, segment);
-                let parts = bands.map_or_else(Vec::new, |bands| bands.parts(kelvin));
-                let of = |(band, part): (usize, f64)| {
-                    let grey = RoomMaterial::grey(at(&emissivities, segment, band), kelvin);
-                    RoomMaterial {
-                        emission: part * grey.emission,
-                        ..grey
-                    }
-                };
-                parts.into_iter().enumerate().map(of).collect()
+                let emissivity = |band| at(&emissivities, segment, band);
+                bands.map_or_else(Vec::new, |bands| bands.materials(&emissivity, kelvin))
             };
             let segments = emissivities.len().max(temperatures.len());
             (0..segments).map(of).collect()

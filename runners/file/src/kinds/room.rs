@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
-use fredholm::channels::ChannelNames;
+use fredholm::channels::Bands;
 use fredholm::room::{Colours, RoomModel, Surfaces};
 use fredholm::{Ask, Error, Region, Subject, Target};
 use fredholm_room::Material as RoomMaterial;
@@ -11,7 +11,7 @@ use fredholm_room::Material as RoomMaterial;
 use super::material::{COLD, colours, set_material};
 use super::surface::read_surface;
 use super::{Kind, KindEntry, compact, shared};
-use crate::channels::Bands;
+use crate::channels::{channel_names, names_or_bands};
 use crate::deck::{self, Deck, DeckSurface};
 use crate::model::{NOTHING, grid};
 use crate::place::{InputError, Place, Placed};
@@ -58,7 +58,7 @@ fn read(mut section: Section<'_, '_>) -> Result<Room, InputError> {
     let net_fluxes = section.read_or("net_fluxes", Field::boolean, true)?;
     let channels = section.optional("channels");
     let wavelengths = section.optional("wavelengths");
-    let (channels, bands) = Bands::or_names(channels.as_ref(), wavelengths.as_ref())?;
+    let (channels, bands) = names_or_bands(channels.as_ref(), wavelengths.as_ref())?;
     let kind = (channels.len(), bands.is_some());
     let surfaces = section.read("surface", |field| {
         field.tables("in `[[problem.surface]]`", |own| read_surface(own, kind))
@@ -105,11 +105,7 @@ impl Room {
             }
         };
         let materials = all.names.iter().zip(&all.materials).map(of).collect();
-        let make = match self.bands {
-            Some(_) => ChannelNames::of_heat,
-            None => ChannelNames::new,
-        };
-        let names = make(self.channels.clone());
+        let names = channel_names(&self.channels, self.bands.as_ref());
         let colours = Colours { names, materials };
         for (surface, materials) in all.materials.iter_mut().enumerate() {
             *materials = colours.largest(surface);

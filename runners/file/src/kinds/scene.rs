@@ -1,11 +1,11 @@
 //! `[problem]` with `kind = "scene"`, and what it asks of the rest of the file.
 
-use fredholm::channels::ChannelNames;
 use fredholm::scene::{Colours, SceneModel, Temperatures};
 use fredholm::{Ask, Goal, Model, Region, Scalar, Target};
 
 use super::room::no_surface;
 use super::{Kind, KindEntry, compact, shared};
+use crate::channels::channel_names;
 use crate::model::NOTHING;
 use crate::place::{InputError, Placed};
 use crate::points::numbers;
@@ -50,11 +50,7 @@ impl Scene {
             let materials = surfaces
                 .map(|surface| vec![surface.colours.clone()])
                 .collect();
-            let make = match self.file.in_bands {
-                true => ChannelNames::of_heat,
-                false => ChannelNames::new,
-            };
-            let names = make(self.file.channels.clone());
+            let names = channel_names(&self.file.channels, self.file.bands.as_ref());
             let colours = Colours { names, materials };
             return model.with_colours(colours).map_err(InputError::new);
         }

@@ -12,7 +12,7 @@ use super::weld::Outline;
 use super::{
     MAX_BYTES, MAX_POLYGONS, SceneFile, SceneSurface, light, parse_outlines, sky, symmetry,
 };
-use crate::channels::Bands;
+use crate::channels::names_or_bands;
 use crate::load;
 use crate::place::{InputError, Place, Placed, Source};
 use crate::section::{Field, Section, nearest};
@@ -36,8 +36,6 @@ pub(super) struct Reader<'s> {
     known: HashMap<String, usize>,
     /// The number of channels, once it is known.
     pub(super) channels: Option<usize>,
-    /// The bands of wavelengths, if the channels are such.
-    pub(super) bands: Option<Bands>,
 }
 
 /// Reads the description of a scene with the name `name` and the content `text`.
@@ -94,7 +92,7 @@ pub(crate) fn of_problem(
     let lights = light::read(&mut problem)?;
     let channels = problem.optional("channels");
     let wavelengths = problem.optional("wavelengths");
-    let (names, bands) = Bands::or_names(channels.as_ref(), wavelengths.as_ref())?;
+    let (names, bands) = names_or_bands(channels.as_ref(), wavelengths.as_ref())?;
     let surfaces = problem.optional("surface");
     problem.finish()?;
     let mut reader = Reader {
@@ -106,14 +104,13 @@ pub(crate) fn of_problem(
             lights,
             without_fluxes: net_fluxes.is_some_and(|wanted| !wanted.value),
             channels: names,
-            in_bands: bands.is_some(),
+            bands,
             is_photometric: photometric.as_ref().is_some_and(|wanted| wanted.value),
             weld,
             ..SceneFile::default()
         },
         known: HashMap::new(),
         channels: None,
-        bands,
     };
     if !reader.scene.channels.is_empty() {
         reader.channels = Some(reader.scene.channels.len());

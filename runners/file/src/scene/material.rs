@@ -1,5 +1,6 @@
 //! The materials of surfaces, in one channel or in several.
 
+use fredholm::channels::Bands;
 use fredholm_core::MOST_CHANNELS;
 use fredholm_scene::Material;
 
@@ -70,7 +71,7 @@ impl Reader<'_> {
     ) -> Result<Option<Given>, InputError> {
         let fields = MaterialFields::of(section);
         fields.check()?;
-        if self.bands.is_some() {
+        if self.scene.bands.is_some() {
             fields.check_bands()?;
         }
         let (is_light, is_grey) = (fields.light().is_some(), fields.heat().is_some());
@@ -81,7 +82,7 @@ impl Reader<'_> {
             temperature,
             net_flux,
         } = fields;
-        if self.bands.is_some() {
+        if self.scene.bands.is_some() {
             let colours = self.in_bands(emissivity.as_ref(), temperature.as_ref())?;
             return Ok(is_grey.then(|| Given {
                 material: largest(&colours),
@@ -144,17 +145,9 @@ impl Reader<'_> {
             None => vec![1.0],
         };
         let kelvin = kelvin(temperature)?;
-        let parts = self.bands.as_ref().map(|bands| bands.parts(kelvin));
-        let parts = parts.into_iter().flatten().enumerate();
-        Ok(parts
-            .map(|(band, part)| {
-                let grey = Material::grey(of_channel(&emissivities, band), kelvin);
-                Material {
-                    emission: part * grey.emission,
-                    ..grey
-                }
-            })
-            .collect())
+        let bands = self.scene.bands.iter();
+        let of = |bands: &Bands| bands.materials(&|band| of_channel(&emissivities, band), kelvin);
+        Ok(bands.flat_map(of).collect())
     }
 
     /// Refuses light that is as strong in every channel, which that of bands is not.

@@ -22,6 +22,7 @@ use core::ops::Range;
 use std::collections::HashSet;
 use std::path::Path;
 
+use fredholm::channels::Bands;
 use fredholm_scene::{Beam, Enclosure, Material, Polygon, Scene, SceneError, Surface, shapes};
 
 pub use arrays::{ArraySurface, SceneArrays};
@@ -60,8 +61,8 @@ pub struct SceneFile {
     pub lights: Vec<Beam<f64>>,
     /// The names of the channels; none if there is one.
     pub channels: Vec<String>,
-    /// Whether the channels are bands of heat, in W/m².
-    pub in_bands: bool,
+    /// The bands of heat, in W/m², if the channels are such.
+    pub bands: Option<Bands>,
     /// Whether temperatures or net fluxes are given in one channel: u is in W/m² then.
     pub heat: bool,
     /// Whether emissions are in lumens per square metre.

@@ -42,6 +42,11 @@ impl<E: Cells> Cells for ByDensity<E> {
     fn at(&self, coordinates: &[f64]) -> Option<E::Point> {
         self.0.at(coordinates)
     }
+
+    #[inline]
+    fn copies(&self) -> usize {
+        self.0.copies()
+    }
 }
 
 impl<E> Regular for ByDensity<E>

@@ -159,9 +159,8 @@ impl Cut<'_> {
                 let quantity = dependent.of_surfaces + light;
                 for channel in channels.clone() {
                     let on = Dependence {
-                        quantity,
                         source: value.wide().get(channel),
-                        of_u: 0.0,
+                        ..Dependence::on(quantity)
                     };
                     each(channel, on);
                 }

@@ -135,6 +135,11 @@ impl<E: Cells> Cells for Uniformly<E> {
     fn at(&self, coordinates: &[f64]) -> Option<E::Point> {
         self.equation.at(coordinates)
     }
+
+    #[inline]
+    fn copies(&self) -> usize {
+        self.equation.copies()
+    }
 }
 
 impl<E: Cells, const B: usize> Basis<B> for Uniformly<E> {}

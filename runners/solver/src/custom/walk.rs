@@ -51,7 +51,7 @@ pub(super) struct Equations<E: CustomEquation> {
 /// // The emission on the left half.
 /// let left: Box<fredholm::PointDependences<f64>> = Box::new(|_, x, each| {
 ///     if *x < 0.5 {
-///         each(Dependence { quantity: 0, source: 1.0, of_u: 0.0 });
+///         each(Dependence { source: 1.0, ..Dependence::on(0) });
 ///     }
 /// });
 /// let mut number = 0;

@@ -168,24 +168,22 @@ fn quantities<F: Real>(reflectance: Vec<f64>, emission: Emission) -> Told<Point<
                         };
                         let source = one.emission(x, &F::from_f64(rho)).to_f64();
                         each(Dependence {
-                            quantity,
                             source,
-                            of_u: 0.0,
+                            ..Dependence::on(quantity)
                         });
                     }
                 }
                 Emission::Arcs(values) => {
                     let (arc, value) = arc(values);
                     each(Dependence {
-                        quantity: arc,
                         source: 1.0,
-                        of_u: 0.0,
+                        ..Dependence::on(arc)
                     });
                     if rho > 0.0 {
                         each(Dependence {
-                            quantity: values.len() + own,
                             source: -value / rho,
                             of_u: 1.0 / rho,
+                            ..Dependence::on(values.len() + own)
                         });
                     }
                 }

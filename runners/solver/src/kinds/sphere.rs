@@ -89,23 +89,21 @@ fn of_scalar<F: Real>(parameters: Parameters) -> CustomModel<Sphere<F>> {
             let terms = [1.0, x[0], x[1], x[2]];
             let source: f64 = emission.iter().zip(terms).map(|(e, term)| e * term).sum();
             each(Dependence {
-                quantity: 0,
                 source: -source / a,
                 of_u: 1.0 / a,
+                ..Dependence::on(0)
             });
             if let Some(before) = before {
                 let products = before.iter().zip(x).map(|(y, x)| y.to_f64() * x);
                 each(Dependence {
-                    quantity: 1,
-                    source: 0.0,
                     of_u: slope_of_phase(g, products.sum()),
+                    ..Dependence::on(1)
                 });
             }
             for (axis, source) in terms.into_iter().enumerate() {
                 each(Dependence {
-                    quantity: 2 + axis,
                     source,
-                    of_u: 0.0,
+                    ..Dependence::on(2 + axis)
                 });
             }
         },

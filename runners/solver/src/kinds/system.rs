@@ -282,6 +282,10 @@ impl<const D: usize> Cells for System<D> {
         let component = (1..=self.cells()).find(|&own| own as f64 == number)?;
         Some((component - 1, self.0.domain.unit(x)?))
     }
+
+    fn copies(&self) -> usize {
+        self.0.components
+    }
 }
 
 impl<const D: usize> Regular for System<D> {
@@ -343,7 +347,7 @@ impl Model for SystemModel {
         own.map_or(Vec::new(), |own| own.quantities.clone())
     }
 
-    fn with_derivatives(&self, goals: &[Goal]) -> Result<Option<Differentiated<'_>>, Error> {
+    fn with_derivatives(&self, goals: &[Goal]) -> Result<Option<Differentiated>, Error> {
         let Some(derivatives) = &self.derivatives else {
             return Ok(None);
         };

@@ -109,17 +109,16 @@ fn quantities<F: Real>(parameters: Parameters) -> Told<F> {
             if let Ok(unit) = unit {
                 let source = unit.source(x, &mut NoDraws).to_f64();
                 each(Dependence {
-                    quantity,
                     source,
-                    of_u: 0.0,
+                    ..Dependence::on(quantity)
                 });
             }
         }
         if reflectance > 0.0 && (0.0..=length).contains(&x.to_f64()) {
             each(Dependence {
-                quantity: units.len(),
                 source: -emission / reflectance,
                 of_u: 1.0 / reflectance,
+                ..Dependence::on(units.len())
             });
         }
     };

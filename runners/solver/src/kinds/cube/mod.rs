@@ -355,7 +355,7 @@ impl Model for CubeModel {
         own.map_or(Vec::new(), |own| own.quantities.clone())
     }
 
-    fn with_derivatives(&self, goals: &[Goal]) -> Result<Option<Differentiated<'_>>, Error> {
+    fn with_derivatives(&self, goals: &[Goal]) -> Result<Option<Differentiated>, Error> {
         let Some(derivatives) = &self.derivatives else {
             return Ok(None);
         };
