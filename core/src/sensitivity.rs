@@ -20,12 +20,12 @@ const KEPT: usize = 64;
 /// use fredholm_core::Dependence;
 ///
 /// // The reflectance ρ = ½ of a wall that emits E = 3: u = ρ H + E with the irradiance H = (u − E)/ρ, by which u grows.
-/// let reflectance = Dependence { source: -6.0, of_u: 2.0, ..Dependence::on(0) };
+/// let reflectance = Dependence::on_factor(0, 3.0, 0.5);
 /// let u = 5.0;
 /// assert_eq!(reflectance.source + reflectance.of_u * u, (u - 3.0) / 0.5);
 /// // That of a black wall, ρ = 0: there u = E tells nothing of H.
-/// let black = Dependence { of_arriving: 1.0, ..Dependence::on(0) };
-/// assert_eq!((black.source, black.of_u), (0.0, 0.0));
+/// let black = Dependence::on_factor(0, 3.0, 0.0);
+/// assert_eq!((black.source, black.of_u, black.of_arriving), (0.0, 0.0, 1.0));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dependence {
@@ -49,6 +49,22 @@ impl Dependence {
             source: 0.0,
             of_u: 0.0,
             of_arriving: 0.0,
+        }
+    }
+
+    /// The dependence on the factor ρ of k(x, ·) = ρ, from F and ρ at the point: ∂(T u)/∂ρ = H, which u = F + ρ H tells unless ρ = 0.
+    #[must_use]
+    pub fn on_factor(quantity: usize, source: f64, factor: f64) -> Self {
+        if factor == 0.0 {
+            return Self {
+                of_arriving: 1.0,
+                ..Self::on(quantity)
+            };
+        }
+        Self {
+            source: -source / factor,
+            of_u: 1.0 / factor,
+            ..Self::on(quantity)
         }
     }
 
@@ -583,16 +599,7 @@ mod tests {
         let walks = Goals::new(&HalfBlack, &none, &goals, WalkOptions::default());
         let by = |_: Option<&f64>, x: &f64, each: &mut dyn FnMut(usize, Dependence)| {
             for (channel, rho) in LEFT.into_iter().enumerate().filter(|_| *x < 0.5) {
-                let black = Dependence {
-                    of_arriving: 1.0,
-                    ..Dependence::on(0)
-                };
-                let grey = Dependence {
-                    source: -1.0 / rho,
-                    of_u: 1.0 / rho,
-                    ..Dependence::on(0)
-                };
-                each(channel, if rho == 0.0 { black } else { grey });
+                each(channel, Dependence::on_factor(0, 1.0, rho));
             }
         };
         let job = Sensitivities::new(&walks, 1, &by);

@@ -322,7 +322,7 @@ impl Model for ChannelModels {
         self.first().unit()
     }
 
-    /// Those that all channels name, if they name the same.
+    /// The quantities that all channels name, if they name the same.
     fn quantities(&self) -> Vec<Quantity> {
         let mut shared = self.first().quantities();
         for model in &self.models {

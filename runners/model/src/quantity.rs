@@ -87,29 +87,11 @@ struct InBand {
     slope: f64,
 }
 
-/// What ∂T/∂λ u is where ρ grows by λ and all that leaves is F + ρ H: H, times `sign`, which u tells unless ρ = 0.
-fn of_irradiance(material: &Material, sign: f64) -> Dependence {
-    let Material {
-        reflectance,
-        emission,
-    } = *material;
-    if reflectance > 0.0 {
-        return Dependence {
-            source: -sign * emission / reflectance,
-            of_u: sign / reflectance,
-            ..Dependence::on(0)
-        };
-    }
-    Dependence {
-        of_arriving: sign,
-        ..Dependence::on(0)
-    }
-}
-
 /// The quantities of a wall or a face, of light or of heat, in one channel or a band.
 fn of_element(material: &Material, is_heat: bool, band: Option<InBand>) -> Vec<Own> {
     let (reflectance, emission) = (material.reflectance, material.emission);
     let emissivity = 1.0 - reflectance;
+    let of_factor = Dependence::on_factor(0, emission, reflectance);
     let source = |source: f64| Dependence {
         source,
         ..Dependence::on(0)
@@ -129,9 +111,8 @@ fn of_element(material: &Material, is_heat: bool, band: Option<InBand>) -> Vec<O
         by: source(1.0),
     };
     if !is_heat {
-        let by = of_irradiance(material, 1.0);
         return vec![
-            share("reflectance", reflectance, by),
+            share("reflectance", reflectance, of_factor),
             number("emission", None),
         ];
     }
@@ -148,10 +129,12 @@ fn of_element(material: &Material, is_heat: bool, band: Option<InBand>) -> Vec<O
             (band.part * all, band.kelvin, emissivity * all * band.slope)
         }
     };
-    let by = of_irradiance(material, -1.0);
+    // ε B + (1 − ε) H.
     let by = Dependence {
-        source: black + by.source,
-        ..by
+        source: black - of_factor.source,
+        of_u: -of_factor.of_u,
+        of_arriving: -of_factor.of_arriving,
+        ..of_factor
     };
     let emissivity = share("emissivity", emissivity, by);
     let warm = (kelvin > 0.0).then(|| Own {

@@ -135,7 +135,7 @@ fn of_scalar<F: Real>(reflectance: Vec<f64>, emission: Emission) -> CustomModel<
 }
 
 /// The quantities of a circle, and what points have to do with them. A harmonic emission goes with the reflectance, on which its solution does not
-/// depend. A black arc has no derivative by its reflectance: walks end there.
+/// depend.
 fn quantities<F: Real>(reflectance: Vec<f64>, emission: Emission) -> Told<Point<F>> {
     let all = match &emission {
         Emission::Harmonic(light) => [
@@ -179,13 +179,7 @@ fn quantities<F: Real>(reflectance: Vec<f64>, emission: Emission) -> Told<Point<
                         source: 1.0,
                         ..Dependence::on(arc)
                     });
-                    if rho > 0.0 {
-                        each(Dependence {
-                            source: -value / rho,
-                            of_u: 1.0 / rho,
-                            ..Dependence::on(values.len() + own)
-                        });
-                    }
+                    each(Dependence::on_factor(values.len() + own, value, rho));
                 }
             }
         };

@@ -88,11 +88,7 @@ fn of_scalar<F: Real>(parameters: Parameters) -> CustomModel<Sphere<F>> {
             let x = x.map(F::to_f64);
             let terms = [1.0, x[0], x[1], x[2]];
             let source: f64 = emission.iter().zip(terms).map(|(e, term)| e * term).sum();
-            each(Dependence {
-                source: -source / a,
-                of_u: 1.0 / a,
-                ..Dependence::on(0)
-            });
+            each(Dependence::on_factor(0, source, a));
             if let Some(before) = before {
                 let products = before.iter().zip(x).map(|(y, x)| y.to_f64() * x);
                 each(Dependence {

@@ -78,7 +78,7 @@ fn of_scalar<F: Real>(parameters: Parameters) -> CustomModel<Tube<F>> {
         )
 }
 
-/// The quantities of a tube, and what points have to do with them. A black wall has no derivative by its reflectance: walks end there.
+/// The quantities of a tube, and what points have to do with them.
 fn quantities<F: Real>(parameters: Parameters) -> Told<F> {
     let Parameters {
         length,
@@ -86,14 +86,12 @@ fn quantities<F: Real>(parameters: Parameters) -> Told<F> {
         emission,
         ends,
     } = parameters;
-    let mut all = [
+    let all = [
         numbered("emission", &[emission], ANY),
         numbered("ends", &ends, ANY),
+        numbered("reflectance", &[reflectance], PART),
     ]
     .concat();
-    if reflectance > 0.0 {
-        all.extend(numbered("reflectance", &[reflectance], PART));
-    }
     // F is linear in what is emitted.
     let units = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let units = units.map(|[emission, left, right]| {
@@ -104,6 +102,14 @@ fn quantities<F: Real>(parameters: Parameters) -> Told<F> {
         };
         Tube::<F>::new(1, &one)
     });
+    // What the ends give to the wall directly is in F, too, and u tells it unless the wall is black.
+    let white = Parameters {
+        emission: 0.0,
+        reflectance: 1.0,
+        ..parameters
+    };
+    let direct = Tube::<F>::new(1, &white).ok();
+    let direct = direct.filter(|_| reflectance == 0.0);
     let dependences = move |_: Option<&F>, x: &F, each: &mut dyn FnMut(Dependence)| {
         for (quantity, unit) in units.iter().enumerate() {
             if let Ok(unit) = unit {
@@ -114,11 +120,14 @@ fn quantities<F: Real>(parameters: Parameters) -> Told<F> {
                 });
             }
         }
-        if reflectance > 0.0 && (0.0..=length).contains(&x.to_f64()) {
+        if (0.0..=length).contains(&x.to_f64()) {
+            let on = Dependence::on_factor(units.len(), emission, reflectance);
+            let source = direct
+                .as_ref()
+                .map(|own| own.source(x, &mut NoDraws).to_f64());
             each(Dependence {
-                source: -emission / reflectance,
-                of_u: 1.0 / reflectance,
-                ..Dependence::on(units.len())
+                source: on.source + source.unwrap_or(0.0),
+                ..on
             });
         }
     };
