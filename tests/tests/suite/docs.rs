@@ -212,3 +212,43 @@ fn every_example_of_the_manual_is_run_and_whole() {
         }
     }
 }
+
+#[test]
+fn every_package_says_what_it_is_for_and_shows_it() {
+    for folder in PUBLISHED {
+        let source = root().join(folder);
+        let readme = fs::read_to_string(source.join("../README.md")).unwrap();
+        assert!(readme.contains("```rust\n"), "{folder}: no example");
+        // So it is compiled and run.
+        let library = fs::read_to_string(source.join("lib.rs")).unwrap();
+        let included = library.contains("#![doc = include_str!(\"../README.md\")]");
+        assert!(included, "{folder}: its README is not its documentation");
+    }
+}
+
+#[test]
+fn the_paper_cites_what_it_lists() {
+    let read = |name| fs::read_to_string(root().join("paper").join(name)).unwrap();
+    let (paper, list) = (read("paper.md"), read("paper.bib"));
+    let word =
+        |text: &str| -> String { text.chars().take_while(|c| c.is_alphanumeric()).collect() };
+    let cited = paper.split('[').skip(1).filter_map(|rest| {
+        let key = rest.strip_prefix("-@").or_else(|| rest.strip_prefix('@'));
+        key.map(word)
+    });
+    let listed = list.split('{').zip(list.split('{').skip(1));
+    let listed =
+        listed.filter(|(before, _)| before.lines().last().is_some_and(|l| l.starts_with('@')));
+    let mut both = [
+        cited.collect::<Vec<_>>(),
+        listed.map(|(_, key)| word(key)).collect(),
+    ];
+    for keys in &mut both {
+        keys.sort();
+        keys.dedup();
+    }
+    assert_eq!(both[0], both[1]);
+    assert!(both[0].len() > 5, "{both:?}");
+    // Two pages.
+    assert!(paper.split_whitespace().count() <= 1000);
+}

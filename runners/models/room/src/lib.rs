@@ -1,4 +1,4 @@
-//! Light and heat in polygonal rooms, with sizes chosen at run time.
+#![doc = include_str!("../README.md")]
 
 mod examine;
 mod export;

@@ -1,4 +1,4 @@
-//! Light and heat between polygons in space, with sizes chosen at run time.
+#![doc = include_str!("../README.md")]
 
 mod adjoint;
 mod camera;
