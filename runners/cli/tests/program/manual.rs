@@ -44,12 +44,12 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// README and manual: path and text.
+/// README, manual and the claims of the paper: path and text.
 fn pages() -> Vec<(PathBuf, String)> {
     let entries = fs::read_dir(root().join("docs")).unwrap();
     let mut paths: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
     paths.retain(|path| path.extension().is_some_and(|ending| ending == "md"));
-    paths.push(root().join("README.md"));
+    paths.extend(["README.md", "paper/README.md"].map(|path| root().join(path)));
     paths.sort();
     let read = |path: PathBuf| {
         let text = fs::read_to_string(&path).unwrap();
