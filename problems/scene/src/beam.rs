@@ -69,6 +69,30 @@ impl<F: Real, C: Tint<F>> Radiosity<'_, F, C> {
             });
         }
     }
+
+    /// The irradiance of a point of a face by a sun of strength 1 in the direction of this unit vector: the cosine of the angle at which the
+    /// light arrives, and 0 where something hides the sun.
+    ///
+    /// ```
+    /// use fredholm_scene::{Cells, Enclosure, Radiosity, Scene, Tables, shapes};
+    ///
+    /// // The floor of a room without a ceiling, 1 wide and high: the sun at 45° reaches one half of it.
+    /// let mut sides = shapes::room([0.0; 3], [1.0; 3]).surfaces;
+    /// sides.remove(1);
+    /// let scene = Scene::new::<f64>(&shapes::Shape { surfaces: sides }.surfaces(), Enclosure::Open)?;
+    /// let (tables, cells) = (Tables::<f64>::new(&scene), Cells::new(&scene, 5)?);
+    /// let room = Radiosity::new(tables.geometry(), &cells)?;
+    /// let half = f64::sqrt(0.5);
+    /// let lit = |x| room.at(0, [x, 0.5, 0.0]).map(|x| room.of_sun(&x, [half, 0.0, half]));
+    /// assert_eq!([lit(0.1)?, lit(0.9)?], [half, 0.0]);
+    /// # Ok::<(), fredholm_scene::SceneError>(())
+    /// ```
+    #[inline]
+    pub fn of_sun(&self, x: &Point<F>, towards: [F; 3]) -> F {
+        let far = F::from_f64(f64::INFINITY);
+        let on = self.receiver(x);
+        on.map_or(zero(), |on| self.cosine(&on, towards, far))
+    }
 }
 
 impl<F: Real, C> Radiosity<'_, F, C> {
@@ -81,7 +105,6 @@ impl<F: Real, C> Radiosity<'_, F, C> {
 
     /// Hands on the number and the irradiance of every beam that reaches a receiver.
     pub(crate) fn each_beam(&self, x: &Receiver<'_, F>, each: &mut dyn FnMut(usize, F)) {
-        let emitter = x.on.and_then(|(point, _)| self.face(point));
         for (number, beam) in self.tables.beams.iter().enumerate() {
             let (direction, distance, strength) = match *beam {
                 Beam::Point { at, intensity } => {
@@ -95,16 +118,27 @@ impl<F: Real, C> Radiosity<'_, F, C> {
                     irradiance,
                 } => (towards, F::from_f64(f64::INFINITY), irradiance),
             };
-            let cosine = dot(x.normal, direction);
-            if !(cosine > zero()) {
-                continue;
-            }
-            // A back is in the way, too, where there may be one.
-            let backs = self.geometry.backs();
-            let hit = self.geometry.nearest(emitter, x.position, direction, backs);
-            if hit.is_none_or(|hit| hit.distance >= distance) {
+            let cosine = self.cosine(x, direction, distance);
+            if cosine > zero() {
                 each(number, strength * cosine);
             }
+        }
+    }
+
+    /// The cosine of the angle at which light that comes from a distance reaches a receiver; 0: where it does not.
+    pub(crate) fn cosine(&self, x: &Receiver<'_, F>, direction: [F; 3], distance: F) -> F {
+        let cosine = dot(x.normal, direction);
+        // Written so that NaN fails.
+        if !(cosine > zero()) {
+            return zero();
+        }
+        let emitter = x.on.and_then(|(point, _)| self.face(point));
+        // A back is in the way, too, where there may be one.
+        let backs = self.geometry.backs();
+        let hit = self.geometry.nearest(emitter, x.position, direction, backs);
+        match hit {
+            Some(hit) if hit.distance < distance => zero(),
+            _ => cosine,
         }
     }
 }

@@ -146,6 +146,13 @@ impl<F: Real> Facing<F> {
         radiosity.each_beam(&self.receiver(), each);
     }
 
+    /// What a sun of strength 1 in the direction of this unit vector gives to it: see [`Radiosity::of_sun`].
+    #[must_use]
+    pub fn of_sun<C>(&self, radiosity: &Radiosity<'_, F, C>, towards: [F; 3]) -> F {
+        let far = F::from_f64(f64::INFINITY);
+        radiosity.cosine(&self.receiver(), towards, far)
+    }
+
     const fn receiver(&self) -> Receiver<'_, F> {
         Receiver {
             position: self.position,

@@ -67,6 +67,17 @@ automatically: few walks on few cells measure the variance, and the fastest sett
 preconditioning is not worth its cost. The choice is printed, follows from the file alone, and may be written into \
 it.")]
     Solve(SolveArgs),
+    /// Targets of a scene under the suns and skies of many times, a year's hours say
+    #[command(after_help = "\
+TIMES is a CSV file whose first line names its columns: `time`; `altitude` and `azimuth` of the sun in degrees, from north, the axis \
+y, over east, or `x`, `y`, `z` towards it; `beam`, the irradiance of a surface that faces the sun; and `diffuse`, that of a \
+horizontal one by the sky. How the sky is distributed the scene says: `sky = { emission = 1 }`.
+
+  fredholm times office.toml year.csv --out lux.csv
+
+One set of walks serves all times, and every value has a standard error. With a target error there are as many walks as leave no \
+time a larger one.")]
+    Times(TimesArgs),
     /// Make one result of the parts of a run, in any order
     #[command(after_help = "\
 Prints what `solve` prints, with the bits of a run that nobody divided. Of parts that are not all there, or not \
@@ -646,6 +657,35 @@ pub(crate) struct SolveArgs {
     /// With --part: the first walks of each target, so many, are in other parts already
     #[arg(long, value_name = "N", requires = "part", value_parser = count::<u64>)]
     pub(crate) after: Option<u64>,
+}
+
+/// Options of `times`.
+#[derive(Debug, Args)]
+pub(crate) struct TimesArgs {
+    /// The problem file of a scene (TOML)
+    pub(crate) file: PathBuf,
+    /// The suns and skies (CSV)
+    pub(crate) times: PathBuf,
+    /// Walks for each target [default: 4096]; with a target error the first ones, which tell how many it takes [default: 1024]
+    #[arg(long, value_name = "N", value_parser = count::<u64>)]
+    pub(crate) walks: Option<u64>,
+    /// The largest standard error that a time may have
+    #[arg(long, visible_alias = "error", value_name = "E")]
+    pub(crate) target_error: Option<f64>,
+    /// Interpret the target error relative to the largest value of a target
+    #[arg(long)]
+    pub(crate) relative: bool,
+    /// Floating-point type of the walks
+    #[arg(long, value_parser = choices::<Scalar>())]
+    pub(crate) scalar: Option<Scalar>,
+    /// Seed of the walks
+    #[arg(long, value_name = "S", value_parser = count::<u64>)]
+    pub(crate) seed: Option<u64>,
+    #[command(flatten)]
+    pub(crate) common: Common,
+    /// Write the values of all times to this file: .csv or .json
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
 }
 
 /// Options of `merge`.

@@ -27,6 +27,7 @@ mod solve;
 mod sparse;
 mod table;
 mod threads;
+mod times;
 mod verify;
 
 use std::process::ExitCode;
@@ -96,6 +97,7 @@ fn run(command: &Command, process: Option<Process<'_>>) -> Result<Ended, Failure
             "several processes have the command `solve` only: give this one to `fredholm`",
         )),
         Command::Paper(args) => paper::paper(args, signals),
+        Command::Times(args) => times::times(args, signals),
         Command::Merge(args) => merge::merge(args),
         Command::Factors(args) => factors::factors(args, signals),
         Command::Rates(args) => rates::rates(args, signals),

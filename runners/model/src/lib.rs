@@ -16,6 +16,7 @@ mod global;
 mod goal;
 pub mod heat;
 mod last_step;
+mod looks;
 pub mod memory;
 mod model;
 pub mod numbers;
@@ -40,6 +41,7 @@ pub use global::{
 };
 pub use goal::{Ask, Field, Goal, Region, Target, WeightFn, goals};
 pub use last_step::LastSteps;
+pub use looks::seen_from;
 pub use model::{
     Deterministic, Differentiated, Model, NO_ITERATION, Partitioned, Prepared, Request, System,
     Then, Wanted, WithJob,

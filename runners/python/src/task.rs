@@ -6,14 +6,16 @@ use std::sync::{Arc, OnceLock};
 use fredholm::choice::Chosen;
 use fredholm::model::Model;
 use fredholm::resolvent::ResolventAnswer;
-use fredholm::scene::FacesRequest;
+use fredholm::report::TimesReport;
+use fredholm::scene::{FacesRequest, TimesRequest};
 use fredholm::{
     Ask, Choices as _, Field as Function, GlobalQuantity, Measured, Method, Region, SolveError,
     Solver, Target, WeightFn,
 };
 use fredholm_factors::{Factors, FactorsError, Sights};
 use fredholm_file::kinds::{Cube, Room, Scene};
-use fredholm_file::{Placed, ProblemFile, Resolution, Resolved, What};
+use fredholm_file::scene::Times;
+use fredholm_file::{Placed, ProblemFile, Resolution, Resolved, Source, What};
 use fredholm_rayon::with_gather;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -430,6 +432,40 @@ impl Task {
             &found,
             unit,
         ))
+    }
+
+    /// Targets of a scene under suns and skies over time, a CSV text of this name, as JSON and as a table.
+    fn times(
+        &self,
+        name: String,
+        text: String,
+        options: &Bound<'_, PyDict>,
+    ) -> PyResult<(String, String)> {
+        let py = options.py();
+        let watch = Arc::new(Watch::default());
+        let opened = self.open(options, &watch)?;
+        let wrong = |message: &str| Err(exception(py, "InputError", message.to_owned()));
+        let (Some(scene), Resolution::Scene(model)) =
+            (opened.file.problem.of::<Scene>(), &opened.resolved.model)
+        else {
+            return wrong("suns and skies over time shine on scenes");
+        };
+        let times = Times::parse(&Source { name, text }, scene.file.sky.as_ref());
+        let times = times.map_err(|error| of_input(py, &error))?;
+        let settings = &opened.resolved.settings;
+        let (cut, walk) = (settings.discretisation(), settings.walk_options());
+        let goals = fredholm::goals(model.as_ref(), &opened.resolved.targets);
+        let goals = goals.map_err(|error| of(py, &error, &opened.file))?;
+        let request = TimesRequest {
+            goals: &goals,
+            times: &times.lights,
+            walk: &walk,
+        };
+        let work = || model.at_times(&cut, &request, &*watch);
+        let found = opened.done(py, self.threads(options)?, &watch, work)?;
+        let found = found.map_err(|error| of(py, &error, &opened.file))?;
+        let report = TimesReport::new(model.as_ref(), &goals, times.names, &found);
+        Ok((json_of(py, &report)?, report.table()))
     }
 
     /// Form factors between the surfaces of a scene of arrays that are not 0.

@@ -225,3 +225,27 @@ def test_wrong_arguments_are_named(name: str) -> None:
     call, words = BAD[name]
     with pytest.raises(fredholm.InputError, match=words):
         call()
+
+
+def test_suns_and_skies_over_time() -> None:
+    ground = fredholm.Scene([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], reflectance=0.5, emission=0.0, sky=1.0)
+    suns = {"time": ["morning", "noon"], "altitude": [30, 90], "azimuth": np.array([90.0, 180.0]), "beam": [400, 800], "diffuse": [10, 0]}
+    found = ground.times(suns, over="faces", ask="irradiance", walks=64)
+    assert found.names == ["morning", "noon"]
+    assert found["faces"] == pytest.approx([210.0, 800.0], rel=1e-12)
+    assert found.std_errors("faces") == pytest.approx([0.0, 0.0], abs=1e-9)
+    assert found.mean("faces")[0] == pytest.approx(505.0, rel=1e-12)
+    for wrong, message in (
+        ({**suns, "beam": [1]}, "equally long, not time 2, altitude 2, azimuth 2, beam 1"),
+        ({**suns, "beam": [1, "x"]}, r"times\['beam'\]\[1\] = 'x': it must be a number"),
+        ({**suns, "beam": [1, -1]}, "must be 0 or more"),
+        ({**suns, "moon": [1, 1]}, "unknown column"),
+        (3, "a dict of columns"),
+        ("none.csv", "none.csv"),
+    ):
+        with pytest.raises(fredholm.InputError, match=message):
+            ground.times(wrong, mean=True)
+    with pytest.raises(fredholm.InputError, match="no setting of times"):
+        ground.times(suns, mean=True, cells=3)
+    with pytest.raises(KeyError, match="there are faces"):
+        found["roof"]

@@ -7,6 +7,7 @@ mod energy;
 mod mesh;
 mod resolvent;
 mod text;
+mod times;
 mod value;
 mod whole;
 
@@ -14,6 +15,7 @@ pub use chain::ChainReport;
 pub use columns::{Column, Columns};
 pub use resolvent::ResolventReport;
 pub(crate) use text::named;
+pub use times::{TargetAtTimes, TimesReport};
 pub use whole::GlobalReport;
 
 use fredholm_core::{DEFAULT_GENERATOR, Estimate, Statistics, StopReason};

@@ -36,5 +36,6 @@ mod sphere;
 mod split;
 mod systems;
 mod terminal;
+mod times;
 mod tube;
 mod verify;

@@ -14,6 +14,7 @@ mod ply;
 mod sky;
 mod stl;
 mod symmetry;
+mod times;
 mod vs3;
 mod weld;
 
@@ -29,6 +30,7 @@ pub use arrays::{ArraySurface, SceneArrays};
 pub(crate) use description::of_problem;
 pub use description::{is_description, metres, parse_description};
 pub use sky::SkyBands;
+pub use times::Times;
 
 pub use crate::section::nearest;
 

@@ -10,7 +10,8 @@ fn sub(a: Point, b: Point) -> Point {
     from_fn(|k| a[k] - b[k])
 }
 
-fn dot(a: Point, b: Point) -> f64 {
+/// a · b.
+pub(super) fn dot(a: Point, b: Point) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 

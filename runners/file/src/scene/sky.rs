@@ -32,6 +32,19 @@ impl SkyBands {
         self.emissions.as_ref().map(light).transpose()
     }
 
+    /// What a horizontal surface receives that nothing hides from it, in the unit of the emission; 0 if that is not said.
+    #[must_use]
+    pub fn horizontal(&self) -> f64 {
+        let mut rest = self.emissions.iter().flatten();
+        let bands = self.altitudes.windows(2).zip(&self.sectors);
+        let bands = bands.map(|(ends, &sectors)| {
+            let [low, high] = [ends[0], ends[1]].map(|degrees| libm::sin(degrees.to_radians()));
+            let sum: f64 = rest.by_ref().take(sectors as usize).sum();
+            (high * high - low * low) * sum / f64::from(sectors)
+        });
+        bands.sum()
+    }
+
     /// One patch.
     fn uniform() -> Self {
         Self {

@@ -6,7 +6,7 @@ use fredholm_core::{
 };
 use fredholm_model::channels::{self, with_sum};
 use fredholm_model::heat::{Asked, RadiativeExchange as _, asked, certain};
-use fredholm_model::{Error, Region, Request, Wanted, WithJob};
+use fredholm_model::{Error, Region, Request, Wanted, WithJob, seen_from};
 use fredholm_room::{Grey, Irradiance, Point, Room, Seen, Tint, Wide};
 
 use crate::RoomModel;
@@ -39,7 +39,14 @@ impl RoomModel {
             let of = |own: Wide<F, C>| own.scaled(asked.factor).plus(&constant);
             let known = self.known(equation, &start, region)?;
             let (mean, is_exact) = self.mean_of_v(equation, &start, region, follow)?;
-            galerkin.extend(with_sum(&of(mean.plus(&known)), weights));
+            if galerkin.len() < request.goals.len() {
+                let is_seen = asked.is_arriving && follow.v.is_some();
+                let about = match is_seen {
+                    true => seen_from(&start, &LastStep(equation), &*follow.neighbour),
+                    false => mean,
+                };
+                galerkin.extend(with_sum(&of(about.plus(&known)), weights));
+            }
             goals.push(Goal {
                 functional: Scaled {
                     of: start,

@@ -12,6 +12,7 @@ mod partition;
 mod places;
 mod radius;
 mod system;
+mod times;
 mod view;
 mod walks;
 
@@ -33,6 +34,7 @@ pub use fredholm_scene::{Beam, Enclosure, Material, Polygon, Scene, SkyLight, sh
 pub use notes::notes;
 use partition::ScenePartition;
 use places::Place;
+pub use times::{AtTimes, GoalAtTimes, SunAndSky, TimesRequest};
 pub use view::{View, ViewRequest};
 
 /// An expression in which the number of functions per cell of a degree is a constant of this name.

@@ -1,46 +1,19 @@
 //! The walks of a scene: what is asked for, and what is known of it beforehand.
 
 use fredholm_core::{
-    At, Dependence, Equation as _, Functional, Generators as _, Goal, Goals, Job, Lights as _,
-    NoDraws, Real, RngUniforms, Scaled, Sensitivities, Sobol, SobolPoint, Start, Value, WalkNumber,
-    WalkSeeds,
+    At, Dependence, Equation as _, Goal, Goals, Job, Lights as _, NoDraws, Real, Scaled,
+    Sensitivities, Value,
 };
 use fredholm_model::channels::{self, with_sum};
 use fredholm_model::cost::PointwisePairs;
 use fredholm_model::heat::{Asked, RadiativeExchange as _, asked, certain};
 use fredholm_model::numbers::largest;
-use fredholm_model::{Error, Prepared, Region, Request, Then, Wanted};
+use fredholm_model::{Error, Prepared, Region, Request, Then, Wanted, seen_from};
 use fredholm_scene::{Point, Sources, Tint, Wide};
 
 use crate::partition::{Cut, Walked};
 use crate::places::{Origin, Place};
 use crate::system::{AnyNeighbour, SceneSystem};
-
-/// Starts of walks from which (v, Φ) is told to people where it is not known.
-const LOOKS: u64 = 4096;
-
-/// (v, Φ) and what starts know, about: from starts that are spread evenly.
-fn seen_from<'r, F: Real, C: Tint<F>>(
-    origin: &impl Functional<Walked<'r, F, C>>,
-    equation: &Walked<'r, F, C>,
-    neighbour: &AnyNeighbour<'_, F, C::Value>,
-) -> Wide<F, C> {
-    let seeds = WalkSeeds::<Sobol>::new(0, 0);
-    let mut memory = SobolPoint::default();
-    let mut sum = Wide::<F, C>::splat(equation.channels(), 0.0);
-    for index in 0..LOOKS {
-        let number = WalkNumber {
-            walk: index,
-            replicate: 0,
-            index,
-        };
-        let mut draws = RngUniforms(Sobol::generator(&seeds, number, &mut memory));
-        let Start { point, phi, known } = origin.start(equation, &mut draws);
-        let v = neighbour.value(&neighbour.locate(point));
-        sum = sum.plus(&v.scaled(phi).plus(&known).wide());
-    }
-    sum.scaled(1.0 / LOOKS as f64)
-}
 
 /// A neighbour equation, and its solution.
 type Followed<'a, F, V> = (&'a AnyNeighbour<'a, F, V>, &'a [F]);

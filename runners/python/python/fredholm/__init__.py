@@ -25,7 +25,7 @@ from .errors import (
     TooLongError,
 )
 from .problems import Channels, Circle, Cube, Problem, Room, Sphere, System, Tube, factors, load
-from .result import Certificate, Diagnosis, Factors, Field, Fit, Prediction, Result, Sensitivities, Sweep, Value
+from .result import Certificate, Diagnosis, Factors, Field, Fit, Prediction, Result, Sensitivities, Sweep, Times, Value
 from .scene import FaceResult, Scene
 
 __version__ = "0.1.0"
@@ -57,6 +57,7 @@ __all__ = [
     "Sphere",
     "Sweep",
     "System",
+    "Times",
     "TooLargeError",
     "TooLongError",
     "Tube",

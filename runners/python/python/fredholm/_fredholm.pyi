@@ -75,6 +75,7 @@ class Task:
         points: list[list[float]],
         options: dict[str, Any],
     ) -> Field: ...
+    def times(self, name: str, text: str, options: dict[str, Any]) -> tuple[str, str]: ...
     def certify(
         self,
         formulas: list[str],

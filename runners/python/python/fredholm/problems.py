@@ -15,7 +15,7 @@ import numpy as np
 from . import _fredholm
 from .errors import InputError, Interrupted, NotReachedError, ReportWarning, complex_error
 from .functions import Function, compiled_functions
-from .result import Certificate, Diagnosis, Factors, Field, Fit, Prediction, Result, Sensitivities, Sweep
+from .result import Certificate, Diagnosis, Factors, Field, Fit, Prediction, Result, Sensitivities, Sweep, Times
 
 __all__ = ["Circle", "Cube", "Problem", "Room", "Sphere", "System", "factors", "load"]
 
@@ -200,6 +200,34 @@ def _space(dimension: int, domain: Any, edges: Any, parameters: Optional[Mapping
             raise InputError(f"parameters = {parameters!r}: it must be a dict of numbers by their names")
         space["parameters"] = dict(parameters)
     return space
+
+
+def _columns(times: Any) -> tuple[str, str]:
+    """The name and the text of a CSV file, or of a table with columns."""
+    if isinstance(times, (str, os.PathLike)):
+        path = os.fspath(times)
+        try:
+            with open(path, encoding="utf-8") as file:
+                return path, file.read()
+        except (OSError, UnicodeDecodeError) as error:
+            raise InputError(f"times: {path}: {error}") from None
+    if not hasattr(times, "keys"):
+        raise InputError(f"times: give the path of a CSV file, a dict of columns, or a DataFrame, not a {type(times).__name__}")
+    columns = {str(key): list(times[key]) for key in times.keys()}
+    if len({len(own) for own in columns.values()}) > 1:
+        lengths = ", ".join(f"{key} {len(own)}" for key, own in columns.items())
+        raise InputError(f"times: all columns must be equally long, not {lengths}")
+
+    def field(key: str, at: int, x: Any) -> str:
+        if key == "time":
+            return '"' + " ".join(str(x).replace('"', "'").split()) + '"'
+        try:
+            return repr(float(x))
+        except (TypeError, ValueError):
+            raise InputError(f"times[{key!r}][{at}] = {x!r}: it must be a number") from None
+
+    fields = [[field(key, at, x) for at, x in enumerate(own)] for key, own in columns.items()]
+    return "<times>", "\n".join([",".join(columns)] + [",".join(row) for row in zip(*fields)])
 
 
 def _problem_text(problem: dict[str, Any]) -> str:
@@ -737,6 +765,46 @@ class Problem:
         targets, settings = self._split(at, mean, options)
         report, table = self._task(targets).fit(list(quantities or []), numbers, settings)
         return Fit(report, table)
+
+    def times(
+        self,
+        times: Union[str, os.PathLike[str], Mapping[str, Any]],
+        *,
+        at: Optional[Places] = None,
+        mean: bool = False,
+        **options: Any,
+    ) -> Times:
+        """Targets of a scene under suns and skies over time, from one set of walks.
+
+        Parameters
+        ----------
+        times : path of a CSV file, dict of columns, or pandas.DataFrame
+            ``altitude`` and ``azimuth`` of the sun in degrees, from north, the axis y, over east, or ``x``, ``y``, ``z`` towards it, and
+            ``beam``, the irradiance of a surface that faces it; ``diffuse``, that of a horizontal one by the sky; and ``time``, a name.
+        at, mean
+            What is asked for, as in :meth:`solve`.
+        **options
+            Targets as in :meth:`solve`, and ``walks`` (4096 for each target, if neither this nor ``target_error`` is given),
+            ``target_error``, ``relative``, ``seed``, ``scalar``, ``threads``.
+
+        Examples
+        --------
+        >>> import fredholm
+        >>> ground = fredholm.Scene([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], reflectance=0.5, emission=0.0, open=True)
+        >>> suns = {"time": ["morning", "noon"], "altitude": [30, 90], "azimuth": [90, 180], "beam": [400, 800]}
+        >>> found = ground.times(suns, over="faces")
+        >>> found["faces"].round(6).tolist()
+        [100.0, 400.0]
+        """
+        targets, settings = self._split(at, mean, options)
+        known = {"walks", "target_error", "relative", "seed", "scalar", "threads"}
+        unknown = set(settings) - known
+        if unknown:
+            raise InputError(f"{', '.join(sorted(unknown))}: no setting of times; settings are {', '.join(sorted(known))}")
+        settings.setdefault("walks", 4096 if settings.get("target_error") is None else 1024)
+        name, text = _columns(times)
+        report, table = self._task(targets).times(name, text, settings)
+        return Times(report, table)
 
     def factors(self) -> Factors:
         """Form factors between the surfaces of a room."""

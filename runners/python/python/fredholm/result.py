@@ -326,6 +326,44 @@ class Certificate(_Report):
         return np.array([_number(value[name]) for value in self._raw["values"]])
 
 
+class Times(_Report):
+    """Targets of a scene under suns and skies over time: ``found["desk"]`` are the values of one at all times."""
+
+    @property
+    def names(self) -> list[str]:
+        """The names of the times."""
+        return list(self._raw["times"])
+
+    def __getitem__(self, target: str) -> Array:
+        return np.array(self._one(target)["values"])
+
+    def std_errors(self, target: str) -> Array:
+        """The standard errors of a target's values."""
+        return np.array(self._one(target)["std_errors"])
+
+    def mean(self, target: str) -> tuple[float, float]:
+        """The mean of a target over all times, and its standard error."""
+        own = self._one(target)
+        return float(own["mean"]), float(own["mean_std_error"])
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """A table with a row for every time, and two columns for every target."""
+        import pandas
+
+        columns = {}
+        for own in self._raw["targets"]:
+            columns[own["name"]] = own["values"]
+            columns[f"{own['name']} std_error"] = own["std_errors"]
+        return pandas.DataFrame(columns, index=pandas.Index(self.names, name="time"))
+
+    def _one(self, target: str) -> dict[str, Any]:
+        for own in self._raw["targets"]:
+            if own["name"] == target:
+                return dict(own)
+        names = ", ".join(own["name"] for own in self._raw["targets"])
+        raise KeyError(f"there is no target {target!r}: there are {names}")
+
+
 class Sensitivities(_Report):
     """Derivatives of targets, with error bars: ``found["floor", "wall reflectance"]`` is one of them."""
 

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from . import _fredholm
 from .errors import InputError, NotReachedError
 from .problems import Problem, _is_list, _json, _number
-from .result import NORMAL, Factors
+from .result import NORMAL, Factors, Times
 
 if TYPE_CHECKING:
     import pandas
@@ -324,13 +324,21 @@ class Scene(Problem):
         ``over`` takes names of groups: a group of several surfaces is asked for as all of them. All else is as in
         :meth:`Problem.solve`.
         """
+        return super().solve(**self._of_groups(asked))
+
+    def times(self, times: Any, **asked: Any) -> Times:
+        """Targets under suns and skies over time, as :meth:`Problem.times`; ``over`` takes names of groups."""
+        return super().times(times, **self._of_groups(asked))
+
+    def _of_groups(self, asked: dict[str, Any]) -> dict[str, Any]:
+        """What is asked for, with the surfaces of groups."""
         self._need_material()
         over = asked.get("over")
         if isinstance(over, str) and over != "all":
             over = [over]
         if over is not None and _is_list(over):
             asked["over"] = {name: self._parts(name) for name in over}
-        return super().solve(**asked)
+        return asked
 
     def _parts(self, group: Any) -> Any:
         """The surfaces of a group, or what is a surface by itself."""

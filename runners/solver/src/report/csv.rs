@@ -265,7 +265,7 @@ fn places(goal: &GoalReport, columns: usize) -> Vec<String> {
 }
 
 /// A text that no spreadsheet takes for a formula: behind an apostrophe if it begins as one.
-fn harmless(text: &str) -> String {
+pub(super) fn harmless(text: &str) -> String {
     if text.starts_with(['=', '+', '-', '@', '\t', '\r']) {
         format!("'{text}")
     } else {
