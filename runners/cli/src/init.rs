@@ -22,6 +22,7 @@ const EXAMPLES: &[(&str, &str)] = files![
     "furnace.toml",
     "furnished.toml",
     "gauss.toml",
+    "living-room-daylight.toml",
     "living-room.obj",
     "living-room.toml",
     "reheating.toml",

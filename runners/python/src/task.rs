@@ -5,8 +5,8 @@ use std::sync::{Arc, OnceLock};
 
 use fredholm::choice::Chosen;
 use fredholm::model::Model;
-use fredholm::resolvent::ResolventAnswer;
 use fredholm::report::TimesReport;
+use fredholm::resolvent::ResolventAnswer;
 use fredholm::scene::{FacesRequest, TimesRequest};
 use fredholm::{
     Ask, Choices as _, Field as Function, GlobalQuantity, Measured, Method, Region, SolveError,
