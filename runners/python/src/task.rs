@@ -454,7 +454,7 @@ impl Task {
         let times = times.map_err(|error| of_input(py, &error))?;
         let settings = &opened.resolved.settings;
         let (cut, walk) = (settings.discretisation(), settings.walk_options());
-        let goals = fredholm::goals(model.as_ref(), &opened.resolved.targets);
+        let goals = fredholm::goals(opened.model(), &opened.resolved.targets);
         let goals = goals.map_err(|error| of(py, &error, &opened.file))?;
         let request = TimesRequest {
             goals: &goals,
@@ -464,7 +464,7 @@ impl Task {
         let work = || model.at_times(&cut, &request, &*watch);
         let found = opened.done(py, self.threads(options)?, &watch, work)?;
         let found = found.map_err(|error| of(py, &error, &opened.file))?;
-        let report = TimesReport::new(model.as_ref(), &goals, times.names, &found);
+        let report = TimesReport::new(opened.model(), &goals, times.names, &found);
         Ok((json_of(py, &report)?, report.table()))
     }
 

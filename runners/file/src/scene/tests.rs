@@ -425,9 +425,10 @@ fn zones_of_converters_are_welded() {
             .scene::<f64>()
             .unwrap_or_else(|error| panic!("{error}"));
         let mut all = fredholm_factors::scene_factors(&scene, 1e-7).unwrap();
-        // A hundred errors of 1e-7. What noise does to rows is told by the closed ones below.
+        // A hundred errors of 1e-7, and what noise leaves where more than three planes meet.
         let off = all.close().unwrap();
-        assert!(noise > 0.0 || off < 1e-5, "rows are off by {off:e}");
+        eprintln!("OFF {noise} {off:e}");
+        assert!(off < 1e-5, "rows are off by {off:e}");
         let groups = all.of_surfaces(&scene).unwrap();
         let n = groups.len();
         let rows: Vec<f64> = (0..n)
@@ -934,6 +935,7 @@ fn examples() {
         // Floors below blocks are cut away.
         ("cornell", 28),
         ("living-room", 522),
+        ("living-room-daylight", 521),
         ("reheating", 18),
         ("satellite", 10),
     ] {

@@ -101,9 +101,9 @@ impl SceneFile {
             outline.points.iter_mut().chain(holes).for_each(&mut join);
         }
         let points = known.len();
-        self.moved = furthest;
         self.meet(&mut outlines, &kept, near);
-        let off = flatten(&mut outlines, furthest);
+        let into_planes = flatten(&mut outlines, furthest);
+        self.moved = into_planes.left;
         let mut thin: Vec<String> = Vec::new();
         for own in outlines {
             let place = self.place_of(own.place);
@@ -123,6 +123,7 @@ impl SceneFile {
         }
         if moved > 0 {
             // Less than a thousandth is rounding.
+            let off = into_planes.furthest;
             let into = match off > 1e-3 * furthest {
                 true => format!(", and into planes by {off:.1e} at most"),
                 false => String::new(),
@@ -229,16 +230,26 @@ impl Plane {
     }
 }
 
+/// How far vertices have moved into planes, and are still off them, at most.
+struct Flattened {
+    furthest: f64,
+    left: f64,
+}
+
 /// How many times a plane is fitted again to the polygons that are in it.
 const FITS: usize = 3;
 
 /// Moves vertices into the planes of their polygons, and those of polygons that meet within a plane into the plane of all of them: where vertices
-/// are off by 20 µm the narrow parts beside a window would each face another way. Gives the largest distance.
+/// are off by 20 µm the narrow parts beside a window would each face another way.
 ///
 /// The plane of the larger polygon comes first; one that would take a vertex further than it may be off is left out.
-fn flatten(outlines: &mut [Outline], off: f64) -> f64 {
+fn flatten(outlines: &mut [Outline], off: f64) -> Flattened {
+    let mut found = Flattened {
+        furthest: 0.0,
+        left: 0.0,
+    };
     if off == 0.0 {
-        return 0.0;
+        return found;
     }
     let near = 2.0 * off;
     let key = |p: &Point| p.map(|x| (x + 0.0).to_bits());
@@ -293,7 +304,6 @@ fn flatten(outlines: &mut [Outline], off: f64) -> f64 {
             }
         }
     }
-    let mut furthest = 0.0_f64;
     let mut moved: HashMap<[u64; 3], Point> = HashMap::new();
     for (from, polygons) in &at_vertex {
         let mut own: Vec<usize> = polygons.iter().filter_map(|&own| of[own]).collect();
@@ -301,15 +311,17 @@ fn flatten(outlines: &mut [Outline], off: f64) -> f64 {
         own.dedup();
         let p = from.map(f64::from_bits);
         let to = into_planes(p, own.iter().map(|&own| &planes[own]), near);
-        furthest = furthest.max(distance(to, p));
+        found.furthest = found.furthest.max(distance(to, p));
         moved.insert(*from, to);
     }
-    for own in outlines {
+    for (own, plane) in outlines.iter_mut().zip(of) {
         for p in own.points.iter_mut().chain(own.holes.iter_mut().flatten()) {
             *p = moved.get(&key(p)).copied().unwrap_or(*p);
+            let left = plane.map_or(off, |plane| planes[plane].height(*p).abs());
+            found.left = found.left.max(left);
         }
     }
-    furthest
+    found
 }
 
 /// The point moved into planes, one after the other, each time along those before.
