@@ -219,17 +219,20 @@ fn ears(points: &[Point], each: &mut dyn FnMut(Polygon)) -> Result<(), String> {
 fn fatness(points: &[Point], k: usize, normal: Point) -> Option<f64> {
     let n = points.len();
     let [a, b, c] = [points[(k + n - 1) % n], points[k], points[(k + 1) % n]];
+    let length = |p: Point, q: Point| dot(sub(p, q), sub(p, q));
+    let longest = length(a, b).max(length(b, c)).max(length(c, a));
+    // What is on an edge, but for rounding, is inside: left for later it would make a triangle without an area.
+    let nothing = FLAT * longest * dot(normal, normal).sqrt();
     let double = dot(turn(a, b, c), normal);
-    if !(double > 0.0) {
+    if !(double > nothing) {
         return None;
     }
     let inside = |p: Point| {
         let sides = [turn(a, b, p), turn(b, c, p), turn(c, a, p)];
-        p != a && p != b && p != c && sides.iter().all(|&s| dot(s, normal) >= 0.0)
+        p != a && p != b && p != c && sides.iter().all(|&s| dot(s, normal) >= -nothing)
     };
     if points.iter().any(|&p| inside(p)) {
         return None;
     }
-    let length = |p: Point, q: Point| dot(sub(p, q), sub(p, q));
-    Some(double / length(a, b).max(length(b, c)).max(length(c, a)))
+    Some(double / longest)
 }
