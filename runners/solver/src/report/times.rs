@@ -16,12 +16,12 @@ const FAILED: Error = Error::Internal("times that are no CSV");
 /// ```
 /// use fredholm::report::TimesReport;
 /// use fredholm::scene::{AtTimes, Enclosure, GoalAtTimes, Material, NamedSurface, shapes};
-/// use fredholm::{Goal, Region, Scalar, SceneModel, Spot};
+/// use fredholm::{Goal, Region, Scalar, SceneModel};
 ///
 /// let polygons = shapes::room([0.0; 3], [1.0; 3]).surfaces.swap_remove(0);
 /// let ground = NamedSurface { name: "ground".to_owned(), polygons, material: Material::BLACK };
 /// let scene = SceneModel::new(vec![ground], Enclosure::Open, Scalar::F64)?;
-/// let found = |value| Spot { value, error: 0.5 };
+/// let found = |value| fredholm::room::Spot { value, error: 0.5 };
 /// let goal = GoalAtTimes { values: vec![found(2.0), found(4.0)], mean: found(3.0), walks: 1024 };
 /// let found = AtTimes { goals: vec![goal], seconds: 0.1 };
 /// let names = ["morning", "noon"].map(str::to_owned);
