@@ -69,7 +69,7 @@ fn what_has_no_times_is_refused() {
     };
     let other = |from: &str, to: &str| {
         assert!(GROUND.contains(from), "{from}");
-        folder.file("other.toml", &GROUND.replace(from, to))
+        folder.file("other.toml", GROUND.replace(from, to))
     };
     let own_sun = other(
         "[[target]]\nname = \"lux\"",
