@@ -331,7 +331,7 @@ impl SceneFile {
         Ok(())
     }
 
-    /// Adds a polygon less some holes, cut into triangles and quadrilaterals; holes may be off its plane by this.
+    /// Adds a polygon less some holes, cut into triangles and quadrilaterals; its vertices and holes may be off its plane by this.
     fn cut(
         &mut self,
         surface: usize,
@@ -350,7 +350,7 @@ impl SceneFile {
             })?,
         };
         let points = if whole.is_empty() { points } else { &whole };
-        outline::cut(points, &mut |polygon| {
+        outline::cut(points, off, &mut |polygon| {
             surface.polygons.push(polygon);
             surface.places.push(place);
         })

@@ -28,11 +28,11 @@ fn turn(a: Point, b: Point, c: Point) -> Point {
 const FLAT: f64 = 1e-13;
 
 /// Calls `each` with the parts of a polygon: itself, if it is a triangle or a planar convex quadrilateral, else
-/// triangles.
+/// triangles, of which as few as possible are thinner than `off`, by which vertices may be wrong.
 ///
 /// # Errors
 /// The outline crosses itself, or has no area.
-pub(super) fn cut(points: &[Point], each: &mut dyn FnMut(Polygon)) -> Result<(), String> {
+pub(super) fn cut(points: &[Point], off: f64, each: &mut dyn FnMut(Polygon)) -> Result<(), String> {
     match *points {
         [a, b, c] => {
             each(Polygon::Triangle([a, b, c]));
@@ -42,7 +42,14 @@ pub(super) fn cut(points: &[Point], each: &mut dyn FnMut(Polygon)) -> Result<(),
             each(Polygon::Quad([a, b, c, d]));
             Ok(())
         }
-        _ => ears(points, each),
+        _ => {
+            let mut triangles = ears(points)?;
+            swap_slivers(points, off, &mut triangles);
+            for own in triangles {
+                each(Polygon::Triangle(own.map(|k| points[k])));
+            }
+            Ok(())
+        }
     }
 }
 
@@ -174,10 +181,12 @@ fn slit(points: &[Point], hole: &[Point], normal: Point) -> Option<(usize, usize
     best.map(|(_, k, l)| (k, l))
 }
 
-/// Ears are cut off, the fattest first (Meisters 1975). How fat they are is kept: an ear that is cut off changes its
-/// neighbours.
-fn ears(points: &[Point], each: &mut dyn FnMut(Polygon)) -> Result<(), String> {
+/// Triangles of a polygon, by their vertices' numbers: ears are cut off, the fattest first (Meisters 1975). How fat they are is kept: an
+/// ear that is cut off changes its neighbours.
+fn ears(points: &[Point]) -> Result<Vec<[usize; 3]>, String> {
     let mut left: Vec<Point> = points.to_vec();
+    let mut numbers: Vec<usize> = (0..points.len()).collect();
+    let mut triangles = Vec::with_capacity(points.len());
     let normal = area_vector(points);
     let all = |left: &[Point]| -> Vec<Option<f64>> {
         (0..left.len()).map(|k| fatness(left, k, normal)).collect()
@@ -200,19 +209,62 @@ fn ears(points: &[Point], each: &mut dyn FnMut(Polygon)) -> Result<(), String> {
             return Err("the outline of this polygon crosses itself, or has no area".to_owned());
         };
         let n = left.len();
-        each(Polygon::Triangle([
-            left[(k + n - 1) % n],
-            left[k],
-            left[(k + 1) % n],
-        ]));
+        triangles.push([numbers[(k + n - 1) % n], numbers[k], numbers[(k + 1) % n]]);
         left.remove(k);
+        numbers.remove(k);
         fat.remove(k);
         for neighbour in [(k + n - 2) % (n - 1), k % (n - 1)] {
             fat[neighbour] = fatness(&left, neighbour, normal);
         }
     }
-    each(Polygon::Triangle([left[0], left[1], left[2]]));
-    Ok(())
+    triangles.push([numbers[0], numbers[1], numbers[2]]);
+    Ok(triangles)
+}
+
+/// Whether a polygon is nowhere wider than this.
+pub(super) fn is_thin(points: &[Point], width: f64) -> bool {
+    if points.len() < 3 {
+        return true;
+    }
+    let area = area_vector(points);
+    let length = |[a, b]: [Point; 2]| dot(sub(a, b), sub(a, b)).sqrt();
+    let longest = edges(points).map(length).fold(0.0, f64::max);
+    dot(area, area).sqrt() <= 2.0 * width * longest
+}
+
+/// Joins triangles that are thinner than `off` with the neighbour at their longest edge, and cuts both across, where that makes none: a vertex
+/// that is but for its error on an edge would leave a triangle whose plane is that error's.
+fn swap_slivers(points: &[Point], off: f64, triangles: &mut [[usize; 3]]) {
+    let normal = area_vector(points);
+    let at = |own: [usize; 3]| own.map(|k| points[k]);
+    let is_good = |own: [usize; 3]| {
+        let [a, b, c] = at(own);
+        dot(turn(a, b, c), normal) > 0.0 && !is_thin(&[a, b, c], off)
+    };
+    for k in 0..triangles.len() {
+        if !is_thin(&at(triangles[k]), off) {
+            continue;
+        }
+        let turned = |own: [usize; 3]| [0, 1, 2].map(|by| [0, 1, 2].map(|j| own[(by + j) % 3]));
+        let length = |[a, b, _]: [usize; 3]| {
+            let edge = sub(points[a], points[b]);
+            dot(edge, edge)
+        };
+        let longest =
+            (turned(triangles[k]).into_iter()).max_by(|&a, &b| length(a).total_cmp(&length(b)));
+        let Some([a, b, tip]) = longest else { continue };
+        let beyond = triangles.iter().enumerate().find_map(|(other, &own)| {
+            let found = turned(own).into_iter().find(|own| own[..2] == [b, a])?;
+            Some((other, found[2]))
+        });
+        if let Some((other, far)) = beyond
+            && is_good([a, far, tip])
+            && is_good([far, b, tip])
+        {
+            triangles[k] = [a, far, tip];
+            triangles[other] = [far, b, tip];
+        }
+    }
 }
 
 /// The height of the triangle at a vertex over its longest side, if it is an ear: convex, and without other vertices.

@@ -5,7 +5,8 @@
 
 use std::collections::HashMap;
 
-use super::{SceneFile, outline};
+use super::SceneFile;
+use super::outline::{self, is_thin};
 use crate::InputError;
 
 type Point = [f64; 3];
@@ -344,16 +345,4 @@ fn into_planes<'a>(p: Point, planes: impl Iterator<Item = &'a Plane>, near: f64)
         }
     }
     to
-}
-
-/// Whether a polygon is nowhere wider than what is welded.
-fn is_thin(points: &[Point], near: f64) -> bool {
-    if points.len() < 3 {
-        return true;
-    }
-    let area = outline::area_vector(points);
-    let double = distance(area, [0.0; 3]);
-    let next = points.iter().cycle().skip(1);
-    let longest = points.iter().zip(next).map(|(&a, &b)| distance(a, b));
-    double <= 2.0 * near * longest.fold(0.0, f64::max)
 }
