@@ -69,6 +69,7 @@ impl Precision {
     /// assert_eq!(Precision::of(&[[0.333333, 0.666667, 1.0]], 1.0).rounding, Rounding::Decimals(6));
     /// // Typed by hand.
     /// assert_eq!(Precision::of(&[[0.25, 2.5, 1.1]], 3.0).rounding, Rounding::Double);
+    /// assert_eq!(Precision::of(&[[10_000_001.0, 10_000_011.0, 0.0]], 10.0).rounding, Rounding::Double);
     /// ```
     #[must_use]
     pub fn of(points: &[Vector<f64>], width: f64) -> Self {
@@ -79,7 +80,11 @@ impl Precision {
             distance: 0.5 * DIAGONAL * step,
         };
         let is_single = |x: f64| f64::from(x as f32) == x;
-        let is_long = |x: f64| (x as f32).to_bits() & LOW_BITS != 0;
+        // Whole numbers are as they were typed: single precision makes others whole only where it has no fractions at all.
+        let is_long = |x: f64| {
+            let is_whole = x.abs() == nearest(x.abs());
+            !is_whole && (x as f32).to_bits() & LOW_BITS != 0
+        };
         if numbers().all(is_single) && numbers().any(is_long) {
             return of(Rounding::Single, f64::from(f32::EPSILON) * largest);
         }

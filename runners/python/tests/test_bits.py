@@ -40,6 +40,12 @@ def test_bits(example: Path, scalar: str) -> None:
     command = [program(), "solve", str(example), "--json", "--walks", str(walks), "--scalar", scalar]
     wanted = subprocess.run(command, capture_output=True, text=True, check=False)
     problem = fredholm.load(example)
+    # The walks may end before the error that a file asks for.
+    if wanted.returncode == 3:
+        with pytest.raises(fredholm.NotReachedError) as ended:
+            problem.solve(walks=walks, scalar=scalar, threads=1)
+        assert untimed(ended.value.result.to_dict()) == untimed(json.loads(wanted.stdout))
+        return
     if wanted.returncode != 0:
         with pytest.raises(fredholm.FredholmError) as refused:
             problem.solve(walks=walks, scalar=scalar)

@@ -542,7 +542,8 @@ class Problem:
             raise Interrupted(text, result) from interrupt
         if outcome == "not reached":
             why = result.to_dict().get("reason")
-            text = f"the error {target_error} was not reached: {why or 'the walks or the time ended before'}"
+            asked = "that was asked for" if target_error is None else f"{target_error}"
+            text = f"the error {asked} was not reached: {why or 'the walks or the time ended before'}"
             raise NotReachedError(text, result)
         return result
 
