@@ -164,11 +164,46 @@ impl Asked {
     }
 }
 
+/// What goes from surface to surface.
+///
+/// ```
+/// use fredholm_model::heat::Carried;
+///
+/// assert!(Carried::Heat.is_heat());
+/// assert_eq!(Carried::Gas(250.0).flux_scale(), 250.0);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Carried {
+    /// Light.
+    Light,
+    /// Heat: temperatures or net fluxes are given, and u is in W/m².
+    Heat,
+    /// Molecules, of which a surface of size 1 gives this net throughput for a net flux of 1 in the unit of u.
+    Gas(f64),
+}
+
+impl Carried {
+    /// Whether it is heat.
+    #[must_use]
+    pub const fn is_heat(self) -> bool {
+        matches!(self, Self::Heat)
+    }
+
+    /// The net flux out of a surface of size 1 that is 1 in the unit of u, in the unit of net fluxes.
+    #[must_use]
+    pub const fn flux_scale(self) -> f64 {
+        match self {
+            Self::Gas(scale) => scale,
+            _ => 1.0,
+        }
+    }
+}
+
 /// Radiative exchange between surfaces: what of a kind tells its irradiances, net fluxes and temperatures. What follows from
 /// that is provided.
 pub trait RadiativeExchange {
-    /// Whether temperatures or net fluxes are given: u is in W/m² then.
-    fn is_heat(&self) -> bool;
+    /// What goes from surface to surface.
+    fn carried(&self) -> Carried;
 
     /// Whether all light that leaves surfaces arrives at surfaces.
     fn is_closed(&self) -> bool;
@@ -285,13 +320,15 @@ pub trait RadiativeExchange {
                 walks,
                 net_flux: if is_given {
                     Some(Estimate {
-                        estimate: own.iter().map(|own| own.size * own.material.emission).sum(),
+                        estimate: self.carried().flux_scale()
+                            * (own.iter().map(|own| own.size * own.material.emission)).sum::<f64>(),
                         std_error: Some(0.0),
                         std_dev: Some(0.0),
                     })
                 } else {
                     // The flux of its length or area.
-                    self.net_flux(&region, irradiance, own.iter().map(|own| own.size).sum())
+                    let size: f64 = own.iter().map(|own| own.size).sum();
+                    self.net_flux(&region, irradiance, self.carried().flux_scale() * size)
                 },
                 is_given,
             }
@@ -328,8 +365,8 @@ pub trait RadiativeExchange {
         let irradiance = irradiance.or_else(through);
         Heat {
             irradiance,
-            net_flux: self.net_flux(region, irradiance, 1.0),
-            is_flux_given: self.is_heat() && self.is_reflecting(region),
+            net_flux: self.net_flux(region, irradiance.filter(|_| self.carried().is_heat()), 1.0),
+            is_flux_given: self.carried().is_heat() && self.is_reflecting(region),
             temperature: self.surface_temperature(region, u),
             hidden_by_flux: hidden_by_flux(&self.elements(region)),
             radiant_temperature: in_air.flatten(),
@@ -361,20 +398,19 @@ pub trait RadiativeExchange {
     /// The temperature in kelvin whose σT⁴ is this mean radiosity, if there are temperatures: in view, the mean radiant
     /// temperature.
     fn temperature(&self, u: Estimate) -> Option<Estimate> {
-        let mean = Some(u.estimate).filter(|&mean| self.is_heat() && mean > 0.0)?;
+        let mean = Some(u.estimate).filter(|&mean| self.carried().is_heat() && mean > 0.0)?;
         let temperature = (mean / STEFAN_BOLTZMANN).powf(0.25);
         Some(u.derived(temperature, |x| 0.25 * temperature / mean * x))
     }
 
-    /// The net flux out of this length or area of a region, if there are temperatures.
+    /// The net flux out of this length or area of a region.
     fn net_flux(
         &self,
         region: &Region,
         irradiance: Option<Estimate>,
         size: f64,
     ) -> Option<Estimate> {
-        let h = irradiance.filter(|_| self.is_heat())?;
-        let own = self.material(region)?.net_flux_of(h);
+        let own = self.material(region)?.net_flux_of(irradiance?);
         Some(own.derived(size * own.estimate, |x| size * x))
     }
 }
@@ -410,7 +446,7 @@ pub fn check_asked(
         _ if is_flux && has_channels => {
             "net fluxes of bands follow from u of every band: leave `ask` out"
         }
-        _ if is_flux && !surfaces.is_heat() => {
+        _ if is_flux && !surfaces.carried().is_heat() => {
             "a net flux is one of heat, and this is light: `ask = \"irradiance\"`"
         }
         _ if is_flux && surfaces.material(place).is_none() => {

@@ -23,13 +23,35 @@ pub fn with_decimals(x: f64, decimals: usize) -> String {
     if short == "-0" { "0" } else { short }.to_owned()
 }
 
+/// Below this a number is told by its power of ten.
+const SMALL: f64 = 1e-4;
+
+/// A number with six decimals, or of six digits at most and a power of ten if it is small: "0.310525", "6.496e-7".
+pub fn six_digits(x: f64) -> String {
+    match x != 0.0 && x.abs() < SMALL {
+        true => {
+            let text = format!("{x:.5e}");
+            let (digits, power) = text.split_once('e').unwrap_or((&text, "0"));
+            format!(
+                "{}e{power}",
+                digits.trim_end_matches('0').trim_end_matches('.')
+            )
+        }
+        false => format!("{x:.6}"),
+    }
+}
+
 /// A value and its standard error, with two digits of the latter: `5.997 ± 0.024`.
 pub fn with_error(value: f64, error: Option<f64>) -> String {
     match error {
         None => "nothing scored".to_owned(),
         Some(error) if error > 0.0 && error.is_finite() => {
             let decimals = 1 - error.log10().floor() as i32;
-            if decimals > 7 {
+            let power = value.abs().log10().floor() as i32;
+            if decimals > 7 && value.abs() < SMALL && value.abs() > error {
+                let digits = usize::try_from(decimals + power).unwrap_or(0);
+                format!("{value:.digits$e} ± {error:.1e}")
+            } else if decimals > 7 {
                 format!("{value:.*} ± {error:.1e}", decimals.min(15) as usize)
             } else {
                 let decimals = usize::try_from(decimals).unwrap_or(0);
@@ -161,7 +183,7 @@ pub fn largest<F: fredholm_core::Real>(v: &[F]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{aligned, short, slope, with_decimals, with_error};
+    use super::{aligned, short, six_digits, slope, with_decimals, with_error};
 
     #[test]
     fn digits() {
@@ -174,6 +196,12 @@ mod tests {
         assert_eq!(
             with_error(5.9971312345, Some(3.14e-9)),
             "5.9971312345 ± 3.1e-9"
+        );
+        assert_eq!(with_error(8.837e-9, Some(2.1e-11)), "8.837e-9 ± 2.1e-11");
+        assert_eq!(with_error(8e-9, Some(2.1e-8)), "0.000000008 ± 2.1e-8");
+        assert_eq!(
+            [0.0, 0.310_525_28, -6.496e-7, 2e-6].map(six_digits),
+            ["0.000000", "0.310525", "-6.496e-7", "2e-6"]
         );
         assert_eq!(with_error(599.0, Some(24.0)), "599 ± 24");
         assert_eq!(with_error(1.0, None), "nothing scored");

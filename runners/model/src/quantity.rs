@@ -165,7 +165,7 @@ impl SurfaceQuantities {
         name: &dyn Fn(usize) -> Option<&'n str>,
         (colours, lights): (Option<&Colours>, Vec<String>),
     ) -> Self {
-        let is_heat = surfaces.is_heat();
+        let is_heat = surfaces.carried().is_heat();
         let channels = colours.map_or(1, |colours| colours.names.channels());
         let bands = colours.and_then(|colours| colours.names.bands());
         let is_heat = is_heat || bands.is_some();

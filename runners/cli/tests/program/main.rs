@@ -22,6 +22,7 @@ mod joint;
 mod manual;
 mod parts;
 mod photometry;
+mod practice;
 mod rates;
 mod refusals;
 mod render;

@@ -39,6 +39,7 @@ pub static KINDS: &[KindEntry] = &[
     room::ENTRY,
     sphere::ENTRY,
     scene::ENTRY,
+    scene::VACUUM,
     system::ENTRY,
     tube::ENTRY,
 ];

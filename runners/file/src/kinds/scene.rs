@@ -1,7 +1,7 @@
 //! `[problem]` with `kind = "scene"`, and what it asks of the rest of the file.
 
-use fredholm::scene::{Colours, SceneModel, Temperatures};
-use fredholm::{Ask, Goal, Model, Region, Scalar, Target};
+use fredholm::scene::{Colours, SceneModel, Temperatures, Vacuum};
+use fredholm::{Ask, GlobalQuantity, Goal, Model, Region, Scalar, Target};
 
 use super::room::no_surface;
 use super::{Kind, KindEntry, compact, shared};
@@ -18,7 +18,15 @@ pub(super) const ENTRY: KindEntry = KindEntry {
     about: "Light or heat between polygons in space; form factors",
     template: TEMPLATE,
     has_channels: true,
-    read: |section| shared(read(section)),
+    read: |section| shared(read(section, false)),
+};
+
+pub(super) const VACUUM: KindEntry = KindEntry {
+    word: "vacuum",
+    about: "Molecules between surfaces in space: pressures, pumps, transmission",
+    template: include_str!("../../templates/vacuum.toml"),
+    has_channels: false,
+    read: |section| shared(read(section, true)),
 };
 
 /// The largest degree of polynomials on a cell.
@@ -31,10 +39,10 @@ pub struct Scene {
     pub file: SceneFile,
 }
 
-fn read(section: Section<'_, '_>) -> Result<Scene, InputError> {
+fn read(section: Section<'_, '_>, is_vacuum: bool) -> Result<Scene, InputError> {
     let source = section.source;
     Ok(Scene {
-        file: of_problem(source, section)?,
+        file: of_problem(source, section, is_vacuum)?,
     })
 }
 
@@ -53,6 +61,12 @@ impl Scene {
             let names = channel_names(&self.file.channels, self.file.bands.as_ref());
             let colours = Colours { names, materials };
             return model.with_colours(colours).map_err(InputError::new);
+        }
+        if let Some(gas) = self.file.gas {
+            let throughputs = !self.file.without_fluxes;
+            return model
+                .with_vacuum(Vacuum { throughputs, ..gas })
+                .map_err(InputError::new);
         }
         if self.file.is_photometric {
             return model.with_photometry().map_err(InputError::new);
@@ -206,7 +220,14 @@ impl Kind for Scene {
                 }
                 _ => return Ok(NOTHING),
             };
-            Ok(vec![Ask::One(region)])
+            // Of molecules people ask for the pressure.
+            let is_lit = || (model.exchange()).is_some_and(|surfaces| !surfaces.is_in_air(&region));
+            let is_pressure = self.file.gas.is_some() && target.ask.is_none() && is_lit();
+            let own = Ask::One(region);
+            Ok(vec![match is_pressure {
+                true => Ask::Of(GlobalQuantity::Irradiance, Box::new(own)),
+                false => own,
+            }])
         })?;
         Ok((Resolution::Scene(Box::new(model)), targets))
     }
@@ -233,13 +254,15 @@ impl Kind for Scene {
             .collect();
         let file = &self.file;
         let lights = &file.lights;
-        Ok(compact((
+        let gas = file.gas.map(|gas| format!("{gas:?}")).unwrap_or_default();
+        let all = compact((
             file.open,
             file.heat,
             file.without_fluxes,
             lights,
             all,
             &file.channels,
-        )))
+        ));
+        Ok(all + &gas)
     }
 }

@@ -10,7 +10,7 @@ use toml::de::{DeTable, DeValue};
 use super::material::Given;
 use super::weld::Outline;
 use super::{
-    MAX_BYTES, MAX_POLYGONS, SceneFile, SceneSurface, light, parse_outlines, sky, symmetry,
+    MAX_BYTES, MAX_POLYGONS, SceneFile, SceneSurface, light, parse_outlines, sky, symmetry, vacuum,
 };
 use crate::channels::names_or_bands;
 use crate::load;
@@ -18,7 +18,10 @@ use crate::place::{InputError, Place, Placed, Source};
 use crate::section::{Field, Section, nearest};
 use crate::validate::{UNPRINTABLE, is_printable};
 
-/// Whether the text of a problem file describes a scene: whether its `[problem]` is of kind "scene".
+/// The kinds of problems that are scenes: of light or heat, and of molecules.
+pub(crate) const KINDS: [&str; 2] = ["scene", "vacuum"];
+
+/// Whether the text of a problem file describes a scene, by the kind of its `[problem]`.
 #[must_use]
 pub fn is_description(text: &str) -> bool {
     let Ok(tree) = DeTable::parse(text) else {
@@ -26,7 +29,9 @@ pub fn is_description(text: &str) -> bool {
     };
     let problem = tree.get_ref().get("problem").map(|value| value.get_ref());
     let kind = problem.and_then(|problem| problem.as_table()?.get("kind"));
-    kind.is_some_and(|kind| matches!(kind.get_ref(), DeValue::String(word) if word == "scene"))
+    kind.is_some_and(
+        |kind| matches!(kind.get_ref(), DeValue::String(word) if KINDS.contains(&word.as_ref())),
+    )
 }
 
 /// Where polygons of this file go.
@@ -36,6 +41,8 @@ pub(super) struct Reader<'s> {
     known: HashMap<String, usize>,
     /// The number of channels, once it is known.
     pub(super) channels: Option<usize>,
+    /// What surfaces do with molecules.
+    of_gas: Vec<vacuum::Words>,
 }
 
 /// Reads the description of a scene with the name `name` and the content `text`.
@@ -60,10 +67,11 @@ pub fn parse_description(name: &str, text: &str) -> Result<SceneFile, InputError
     let has_targets = root.optional("target").is_some();
     root.finish()?;
     let kind = problem.required("kind")?;
-    if kind.text()? != "scene" {
-        return Err(kind.error("this is no scene: `kind` must be \"scene\""));
+    let word = kind.text()?;
+    if !KINDS.contains(&word.as_ref()) {
+        return Err(kind.error("this is no scene: `kind` must be \"scene\" or \"vacuum\""));
     }
-    let scene = of_problem(&source, problem)?;
+    let scene = of_problem(&source, problem, word == KINDS[1])?;
     scene.refuse_nothing(&source)?;
     Ok(SceneFile {
         has_targets,
@@ -71,11 +79,13 @@ pub fn parse_description(name: &str, text: &str) -> Result<SceneFile, InputError
     })
 }
 
-/// Reads the rest of `[problem]`, whose `kind` is known.
+/// Reads the rest of `[problem]`, whose `kind` is known: a scene, or one of molecules.
 pub(crate) fn of_problem(
     source: &Source,
     mut problem: Section<'_, '_>,
+    is_vacuum: bool,
 ) -> Result<SceneFile, InputError> {
+    let gas = is_vacuum.then(|| vacuum::read(&mut problem)).transpose()?;
     let open = problem.read("open", Field::boolean)?;
     let mesh = problem.optional("mesh");
     let placing = Placing::read(&mut problem)?;
@@ -107,10 +117,12 @@ pub(crate) fn of_problem(
             bands,
             is_photometric: photometric.as_ref().is_some_and(|wanted| wanted.value),
             weld,
+            gas,
             ..SceneFile::default()
         },
         known: HashMap::new(),
         channels: None,
+        of_gas: Vec::new(),
     };
     if !reader.scene.channels.is_empty() {
         reader.channels = Some(reader.scene.channels.len());
@@ -126,6 +138,7 @@ pub(crate) fn of_problem(
         field.tables("in `[[problem.surface]]`", |own| reader.surface(own))?;
     }
     reader.scene.finish(&source.name)?;
+    vacuum::finish(&mut reader.scene, &reader.of_gas, source)?;
     if reader.scene.surfaces.is_empty() {
         reader.scene.is_empty_at = Some(problem.span.clone());
     }
@@ -305,7 +318,14 @@ impl Reader<'_> {
         let inward = inward_key.as_ref().map(Field::boolean).transpose()?;
         let two_sided = section.read("two_sided", Field::boolean)?;
         let placing = Placing::read(&mut section)?;
-        let material = self.material(&mut section)?;
+        let material = match self.scene.gas {
+            Some(_) => {
+                let words = vacuum::Words::read(&mut section)?;
+                self.of_gas.extend(words.map(|words| words.of(&name.value)));
+                None
+            }
+            None => self.material(&mut section)?,
+        };
         section.finish()?;
         if name.value.trim().is_empty() || name.value == "all" {
             return Err(self.error(

@@ -15,6 +15,7 @@ mod sky;
 mod stl;
 mod symmetry;
 mod times;
+mod vacuum;
 mod vs3;
 mod weld;
 
@@ -24,6 +25,7 @@ use std::collections::HashSet;
 use std::path::Path;
 
 use fredholm::channels::Bands;
+use fredholm::scene::Vacuum;
 use fredholm_scene::{Beam, Enclosure, Material, Polygon, Scene, SceneError, Surface, shapes};
 
 pub use arrays::{ArraySurface, SceneArrays};
@@ -67,6 +69,8 @@ pub struct SceneFile {
     pub bands: Option<Bands>,
     /// Whether temperatures or net fluxes are given in one channel: u is in W/m² then.
     pub heat: bool,
+    /// The gas, if it is a scene of molecules: emissions are in millibar.
+    pub gas: Option<Vacuum>,
     /// Whether emissions are in lumens per square metre.
     pub is_photometric: bool,
     /// Whether the net fluxes of all surfaces are left out although there are temperatures.

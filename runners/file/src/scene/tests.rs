@@ -947,3 +947,45 @@ fn examples() {
         assert_eq!(scene.scene().faces().len(), faces, "{name}");
     }
 }
+
+/// What files of molecules say that is wrong.
+#[test]
+fn words_of_gases_are_checked() {
+    let surface = "[[problem.surface]]\nname = \"pump\"\npolygon = [[0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0], [0, 0.1, 0]]\n";
+    let read = |problem: &str, words: &str| {
+        let text =
+            format!("[problem]\nkind = \"vacuum\"\nopen = true\n{problem}\n{surface}{words}\n");
+        parse_description("v.toml", &text).map_err(|error| error.to_string())
+    };
+    // 0.01 m² of hydrogen at 293.15 K pump a quarter of 1754.7 m/s.
+    let scene = read("gas = \"H2\"", "pump = 438.67\noutgassing_rate = 1e-6").unwrap();
+    let own = scene.surfaces[0].material;
+    assert!((own.reflectance - 0.9).abs() < 1e-4, "{own:?}");
+    assert!(
+        (own.emission / (1e-4 / 4386.7) - 1.0).abs() < 1e-4,
+        "{own:?}"
+    );
+    // A wall of which nothing is said.
+    let wall = read("gas = 28", "").unwrap().surfaces[0].material;
+    assert_eq!((wall.reflectance, wall.emission), (1.0, 0.0));
+    for (problem, words, message) in [
+        ("gas = \"Hg2\"", "", "`gas` must be \"H2\", \"D2\""),
+        ("gas = -1", "", "a molar mass in g/mol above 0"),
+        ("temperature = 0", "", "temperature"),
+        ("", "sticking = 1.5", "from 0 to 1"),
+        ("", "sticking = 0.5\npump = 1", "give either `sticking`"),
+        ("", "pump = 1178", "pumps at most 1176.7"),
+        (
+            "",
+            "outgassing = 1\noutgassing_rate = 1",
+            "give either the `outgassing`",
+        ),
+        ("", "reflectance = 0.5", "reflectance"),
+    ] {
+        let error = read(problem, words).unwrap_err();
+        assert!(
+            error.contains(message) && error.starts_with("v.toml:"),
+            "{error}"
+        );
+    }
+}

@@ -1,14 +1,17 @@
 //! What of a room tells its irradiances and net fluxes.
 
 use fredholm_model::Region;
-use fredholm_model::heat::{Element, RadiativeExchange};
+use fredholm_model::heat::{Carried, Element, RadiativeExchange};
 use fredholm_room::Enclosure;
 
 use super::RoomModel;
 
 impl RadiativeExchange for RoomModel {
-    fn is_heat(&self) -> bool {
-        self.surfaces.heat
+    fn carried(&self) -> Carried {
+        match self.surfaces.heat {
+            true => Carried::Heat,
+            false => Carried::Light,
+        }
     }
 
     fn is_closed(&self) -> bool {

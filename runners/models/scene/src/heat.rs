@@ -1,15 +1,19 @@
 //! What of a scene tells its irradiances and net fluxes.
 
 use fredholm_model::Region;
-use fredholm_model::heat::{Element, RadiativeExchange};
+use fredholm_model::heat::{Carried, Element, RadiativeExchange};
 use fredholm_scene::Enclosure;
 
-use crate::SceneModel;
 use crate::places::Place;
+use crate::{Light, SceneModel};
 
 impl RadiativeExchange for SceneModel {
-    fn is_heat(&self) -> bool {
-        self.heat().is_some()
+    fn carried(&self) -> Carried {
+        match &self.light {
+            Light::Heat(_) => Carried::Heat,
+            Light::Gas(gas) => Carried::Gas(gas.speed_of(1.0)),
+            _ => Carried::Light,
+        }
     }
 
     fn is_closed(&self) -> bool {
@@ -48,9 +52,10 @@ impl RadiativeExchange for SceneModel {
         faces.into_iter().filter_map(element).collect()
     }
 
-    /// All, with temperatures, unless they are left out.
+    /// All, with temperatures or of a gas, unless they are left out.
     fn flux_names(&self) -> &[String] {
-        match self.heat().is_some_and(|heat| heat.net_fluxes) {
+        let of_gas = matches!(&self.light, Light::Gas(gas) if gas.throughputs);
+        match of_gas || self.heat().is_some_and(|heat| heat.net_fluxes) {
             true => &self.names,
             false => &[],
         }

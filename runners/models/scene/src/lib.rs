@@ -127,6 +127,8 @@ enum Light {
     Photometric,
     Heat(Temperatures),
     Colours(Colours),
+    /// In millibar.
+    Gas(Vacuum),
 }
 
 /// What a scene of temperatures and net fluxes has besides its materials.
@@ -145,6 +147,59 @@ pub struct Temperatures {
     pub emissivities: Vec<Option<f64>>,
     /// Whether the net fluxes of all surfaces are wanted.
     pub net_fluxes: bool,
+}
+
+/// A gas so thin that its molecules meet surfaces and not each other, and leave them evenly and diffusely, as light does.
+///
+/// A molecule stays where it arrives with the probability s, the sticking factor, and leaves again with ρ = 1 − s. Of the throughput q per area
+/// in mbar l/(s m²) and the mean speed v = √(8RT/(πM)) of the molecules one has the pressure 4q/(1000 v) in mbar, whose equation is that of
+/// light: u = F + ρ H, where F is the outgassing and H the pressure.
+///
+/// ```
+/// use fredholm::scene::{Enclosure, Material, NamedSurface, Vacuum, shapes};
+/// use fredholm::{Scalar, SceneModel, Solver};
+///
+/// // Nitrogen at 20 °C: a square metre that takes every molecule pumps 117,700 litres a second.
+/// let gas = Vacuum::new(28.014, 293.15);
+/// assert!((gas.speed_of(1.0) / 117_700.0 - 1.0).abs() < 1e-3);
+///
+/// // Walls that take a tenth of what arrives, and give 6 mbar l/s in all: 10 q/(v/4) everywhere.
+/// let material = Material { reflectance: 0.9, emission: 6.0 / gas.speed_of(6.0) };
+/// let polygons = shapes::room([0.0; 3], [1.0; 3]).surfaces.into_iter().flatten().collect();
+/// let walls = NamedSurface { name: "walls".to_owned(), polygons, material };
+/// let box_of_gas = SceneModel::new(vec![walls], Enclosure::Closed, Scalar::F64)?.with_vacuum(gas)?;
+/// let report = Solver::new(&box_of_gas).mean().cells(6).degree(0).walks(1000).solve()?;
+/// let pressure = report.goals[0].irradiance.as_ref().unwrap();
+/// assert!((pressure.estimate.unwrap() / (10.0 * material.emission) - 1.0).abs() < 1e-6);
+/// assert_eq!(pressure.unit, Some("mbar"));
+/// # Ok::<(), fredholm::SolveError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Vacuum {
+    /// The mean speed of the molecules in m/s.
+    pub mean_speed: f64,
+    /// Whether the net throughputs of all surfaces are wanted.
+    pub throughputs: bool,
+}
+
+impl Vacuum {
+    /// A gas of this molar mass M in g/mol, at this temperature T in kelvin.
+    #[must_use]
+    pub fn new(molar_mass: f64, temperature: f64) -> Self {
+        // The molar gas constant in J/(mol K), exact since the SI of 2019.
+        const GAS: f64 = 8.314_462_618_153_24;
+        let square = 8.0 * GAS * temperature / (core::f64::consts::PI * 1e-3 * molar_mass);
+        Self {
+            mean_speed: square.sqrt(),
+            throughputs: true,
+        }
+    }
+
+    /// What an area in m² that takes every molecule pumps, A v/4, in l/s: the conductance of an opening, too.
+    #[must_use]
+    pub fn speed_of(&self, area: f64) -> f64 {
+        250.0 * self.mean_speed * area
+    }
 }
 
 impl SceneModel {
@@ -252,12 +307,21 @@ impl SceneModel {
         self.with_light(Light::Photometric)
     }
 
+    /// The scene as one of molecules that meet surfaces and no other molecules: u and irradiances are in millibar, and results are the net
+    /// throughputs of all surfaces in mbar l/s, too.
+    ///
+    /// # Errors
+    /// [`Error::Option`]: it is one of temperatures, in photometric units, or has several channels.
+    pub fn with_vacuum(self, vacuum: Vacuum) -> Result<Self, Error> {
+        self.with_light(Light::Gas(vacuum))
+    }
+
     fn with_light(self, light: Light) -> Result<Self, Error> {
         match self.light {
             Light::Grey => Ok(Self { light, ..self }),
             _ => Err(Error::Option {
                 subject: Subject::Problem,
-                message: "photometric units are of light in one channel: leave them out, or temperatures and channels"
+                message: "photometric units and gases are of one channel: leave them out, or temperatures and channels"
                     .to_owned(),
             }),
         }
@@ -366,6 +430,7 @@ impl Model for SceneModel {
             Light::Photometric => Some("lm/m2"),
             Light::Heat(_) => Some("W/m2"),
             Light::Colours(colours) => colours.names.unit(),
+            Light::Gas(_) => Some("mbar"),
         }
     }
 
@@ -377,7 +442,10 @@ impl Model for SceneModel {
     }
 
     fn flux_unit(&self) -> &'static str {
-        "W"
+        match self.light {
+            Light::Gas(_) => "mbar l/s",
+            _ => "W",
+        }
     }
 
     fn channels(&self) -> &[String] {

@@ -1,7 +1,7 @@
 //! A report as a table for people, and remarks on its numbers.
 
 use super::{ChainReport, Coordinates, EnergyReport, EstimateReport, GoalReport, Report};
-use fredholm_model::numbers::{aligned, short, with_decimals, with_error};
+use fredholm_model::numbers::{aligned, short, six_digits, with_decimals, with_error};
 
 /// The standard errors by which a solution of the equation is off once in two million times.
 const MOST_ERRORS: f64 = 5.0;
@@ -180,7 +180,11 @@ impl GoalReport {
     pub(super) fn title(&self) -> String {
         match self.ask {
             Some(ask) => with_unit(
-                &format!("{}: {}", self.name, ask.replace('_', " ")),
+                &format!(
+                    "{}: {}",
+                    self.name,
+                    word_of(ask, self.plain.unit).replace('_', " ")
+                ),
                 self.preconditioned.unit,
             ),
             None => self.name.clone(),
@@ -256,7 +260,7 @@ pub(super) fn heads_of_heats(goals: &[GoalReport]) -> impl Iterator<Item = Strin
     let arriving = goals.iter().find_map(|goal| goal.irradiance?.unit);
     let leaving = goals.iter().find_map(|goal| goal.net_flux?.unit);
     let names = [
-        with_unit("irradiance", arriving),
+        with_unit(word_of("irradiance", arriving), arriving),
         with_unit("net flux", leaving),
         "temperature, K".to_owned(),
         "mean radiant temperature, K".to_owned(),
@@ -265,12 +269,23 @@ pub(super) fn heads_of_heats(goals: &[GoalReport]) -> impl Iterator<Item = Strin
     names.filter_map(|(name, is_there)| is_there.then_some(name))
 }
 
+/// What people call a quantity in its unit: the irradiance of molecules is a pressure.
+fn word_of<'w>(quantity: &'w str, unit: Option<&str>) -> &'w str {
+    match (quantity, unit) {
+        ("irradiance", Some("mbar")) => "pressure",
+        _ => quantity,
+    }
+}
+
 impl EstimateReport {
     /// A number that is given.
     pub(super) fn given(&self) -> String {
         let number = self
             .estimate
-            .map_or("-".to_owned(), |x| with_decimals(x, 9));
+            .map_or("-".to_owned(), |x| match x.abs() < 1e-6 && x != 0.0 {
+                true => six_digits(x),
+                false => with_decimals(x, 9),
+            });
         format!("{number} (given)")
     }
 
@@ -298,7 +313,11 @@ impl EnergyReport {
         };
         let mut rows = vec![
             [
-                "net flux out of",
+                if self.unit == "mbar l/s" {
+                    "net throughput of"
+                } else {
+                    "net flux out of"
+                },
                 match self.unit {
                     "W/m" => "W per metre",
                     unit => unit,
@@ -328,7 +347,7 @@ fn number_or_dash(x: f64) -> String {
     if x.is_nan() {
         "-".to_owned()
     } else {
-        format!("{x:.6}")
+        six_digits(x)
     }
 }
 

@@ -363,6 +363,10 @@ impl GlobalEstimate<'_> {
         let mut regions: Vec<Region> = parts.iter().copied().map(Region::Part).collect();
         regions.push(Region::Parts(parts.clone()));
         let values = self.quantities(GlobalQuantity::NetFlux, &regions)?;
+        let scale = surfaces.carried().flux_scale();
+        let values = values.iter().map(estimate);
+        let values: Vec<Estimate> =
+            (values.map(|own| own.derived(scale * own.estimate, |x| scale * x))).collect();
         // The walks are those of all.
         let walks = self.summary().walks;
         let fluxes = parts.into_iter().zip(&values).map(|(part, value)| {
@@ -370,11 +374,11 @@ impl GlobalEstimate<'_> {
             Flux {
                 name: self.model().part(part).unwrap_or_default().to_owned(),
                 walks: if is_given { 0 } else { walks },
-                net_flux: Some(estimate(value)).filter(|flux| !flux.estimate.is_nan()),
+                net_flux: Some(*value).filter(|flux| !flux.estimate.is_nan()),
                 is_given,
             }
         });
-        let all = values.last().map(estimate);
+        let all = values.last().copied();
         let all = all.filter(|all| !all.estimate.is_nan());
         let unit = self.model().flux_unit();
         Ok(
