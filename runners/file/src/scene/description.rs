@@ -68,7 +68,7 @@ pub fn parse_description(name: &str, text: &str) -> Result<SceneFile, InputError
     root.finish()?;
     let kind = problem.required("kind")?;
     let word = kind.text()?;
-    if !KINDS.contains(&word.as_ref()) {
+    if !KINDS.contains(&word) {
         return Err(kind.error("this is no scene: `kind` must be \"scene\" or \"vacuum\""));
     }
     let scene = of_problem(&source, problem, word == KINDS[1])?;

@@ -970,6 +970,7 @@ fn words_of_gases_are_checked() {
     assert_eq!((wall.reflectance, wall.emission), (1.0, 0.0));
     for (problem, words, message) in [
         ("gas = \"Hg2\"", "", "`gas` must be \"H2\", \"D2\""),
+        ("photometric = true", "", "a vacuum has molecules alone"),
         ("gas = -1", "", "a molar mass in g/mol above 0"),
         ("temperature = 0", "", "temperature"),
         ("", "sticking = 1.5", "from 0 to 1"),

@@ -36,6 +36,13 @@ const SQUARE_CENTIMETRE: f64 = 1e-4;
 
 /// The gas of `[problem]`: nitrogen at 20 °C if nothing is said.
 pub(super) fn read(problem: &mut Section<'_, '_>) -> Result<Vacuum, InputError> {
+    for key in ["light", "sky", "photometric", "channels", "wavelengths"] {
+        if let Some(field) = problem.optional(key) {
+            return Err(field.unsuited(
+                "this is of light or heat, and a vacuum has molecules alone: leave it out",
+            ));
+        }
+    }
     let gas = problem.optional("gas");
     let mass = match &gas {
         None => 28.014,
