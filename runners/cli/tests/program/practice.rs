@@ -1,6 +1,6 @@
 //! Cases of people who compute radiation between surfaces, with their right values.
 
-use std::fmt::Write as _;
+use core::fmt::Write as _;
 
 use crate::common;
 
