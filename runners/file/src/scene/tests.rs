@@ -958,7 +958,7 @@ fn words_of_gases_are_checked() {
         parse_description("v.toml", &text).map_err(|error| error.to_string())
     };
     // 0.01 m² of hydrogen at 293.15 K pump a quarter of 1754.7 m/s.
-    let scene = read("gas = \"H2\"", "pump = 438.67\noutgassing_rate = 1e-6").unwrap();
+    let scene = read("gas = \"h2\"", "pump = 438.67\noutgassing_rate = 1e-6").unwrap();
     let own = scene.surfaces[0].material;
     assert!((own.reflectance - 0.9).abs() < 1e-4, "{own:?}");
     assert!(
