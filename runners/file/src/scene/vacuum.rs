@@ -48,7 +48,9 @@ pub(super) fn read(problem: &mut Section<'_, '_>) -> Result<Vacuum, InputError> 
         None => 28.014,
         Some(field) if matches!(field.value, DeValue::String(_)) => {
             let word = field.string()?.value;
-            let found = GASES.iter().find(|(name, _)| name.eq_ignore_ascii_case(&word));
+            let found = GASES
+                .iter()
+                .find(|(name, _)| name.eq_ignore_ascii_case(&word));
             let names: Vec<String> = GASES.iter().map(|(name, _)| (*name).to_owned()).collect();
             let unknown = || field.error(unknown_word("gas", &word, &names));
             found.map(|(_, mass)| *mass).ok_or_else(unknown)?
