@@ -26,19 +26,12 @@ pub fn with_decimals(x: f64, decimals: usize) -> String {
 /// Below this a number is told by its power of ten.
 const SMALL: f64 = 1e-4;
 
-/// A number with six decimals, or of six digits at most and a power of ten if it is small: "0.310525", "6.496e-7".
-pub fn six_digits(x: f64) -> String {
-    match x != 0.0 && x.abs() < SMALL {
-        true => {
-            let text = format!("{x:.5e}");
-            let (digits, power) = text.split_once('e').unwrap_or((&text, "0"));
-            format!(
-                "{}e{power}",
-                digits.trim_end_matches('0').trim_end_matches('.')
-            )
-        }
-        false => format!("{x:.6}"),
-    }
+/// A small number by six digits at most and its power of ten, "6.496e-7"; `None` of others, which have decimals.
+pub fn by_power(x: f64) -> Option<String> {
+    let text = format!("{x:.5e}");
+    let (digits, power) = text.split_once('e')?;
+    let digits = digits.trim_end_matches('0').trim_end_matches('.');
+    (x != 0.0 && x.abs() < SMALL).then(|| format!("{digits}e{power}"))
 }
 
 /// A value and its standard error, with two digits of the latter: `5.997 ± 0.024`.
@@ -183,7 +176,7 @@ pub fn largest<F: fredholm_core::Real>(v: &[F]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{aligned, short, six_digits, slope, with_decimals, with_error};
+    use super::{aligned, by_power, short, slope, with_decimals, with_error};
 
     #[test]
     fn digits() {
@@ -200,8 +193,8 @@ mod tests {
         assert_eq!(with_error(8.837e-9, Some(2.1e-11)), "8.837e-9 ± 2.1e-11");
         assert_eq!(with_error(8e-9, Some(2.1e-8)), "0.000000008 ± 2.1e-8");
         assert_eq!(
-            [0.0, 0.310_525_28, -6.496e-7, 2e-6].map(six_digits),
-            ["0.000000", "0.310525", "-6.496e-7", "2e-6"]
+            [0.0, 0.310_525_28, -6.496e-7, 2e-6].map(by_power),
+            [None, None, Some("-6.496e-7".into()), Some("2e-6".into())]
         );
         assert_eq!(with_error(599.0, Some(24.0)), "599 ± 24");
         assert_eq!(with_error(1.0, None), "nothing scored");

@@ -19,7 +19,9 @@ use crate::section::{Field, Section, nearest};
 use crate::validate::{UNPRINTABLE, is_printable};
 
 /// The kinds of problems that are scenes: of light or heat, and of molecules.
-pub(crate) const KINDS: [&str; 2] = ["scene", "vacuum"];
+pub(crate) const KINDS: [&str; 2] = ["scene", VACUUM];
+/// The kind of scenes of molecules.
+const VACUUM: &str = "vacuum";
 
 /// Whether the text of a problem file describes a scene, by the kind of its `[problem]`.
 #[must_use]
@@ -41,8 +43,8 @@ pub(super) struct Reader<'s> {
     known: HashMap<String, usize>,
     /// The number of channels, once it is known.
     pub(super) channels: Option<usize>,
-    /// What surfaces do with molecules.
-    of_gas: Vec<vacuum::Words>,
+    /// What surfaces of these names do with molecules.
+    of_gas: Vec<(String, vacuum::Words)>,
 }
 
 /// Reads the description of a scene with the name `name` and the content `text`.
@@ -71,7 +73,7 @@ pub fn parse_description(name: &str, text: &str) -> Result<SceneFile, InputError
     if !KINDS.contains(&word) {
         return Err(kind.error("this is no scene: `kind` must be \"scene\" or \"vacuum\""));
     }
-    let scene = of_problem(&source, problem, word == KINDS[1])?;
+    let scene = of_problem(&source, problem, word == VACUUM)?;
     scene.refuse_nothing(&source)?;
     Ok(SceneFile {
         has_targets,
@@ -138,7 +140,6 @@ pub(crate) fn of_problem(
         field.tables("in `[[problem.surface]]`", |own| reader.surface(own))?;
     }
     reader.scene.finish(&source.name)?;
-    vacuum::finish(&mut reader.scene, &reader.of_gas, source)?;
     if reader.scene.surfaces.is_empty() {
         reader.scene.is_empty_at = Some(problem.span.clone());
     }
@@ -146,6 +147,7 @@ pub(crate) fn of_problem(
         return Err(plane.refuse_lights());
     }
     symmetry::complete(&mut reader.scene, &planes)?;
+    vacuum::finish(&mut reader.scene, &reader.of_gas, source)?;
     reader.finish_channels(channels.as_ref())?;
     if let Some(wanted) = photometric.filter(|wanted| wanted.value)
         && (reader.scene.heat || !reader.scene.channels.is_empty())
@@ -321,7 +323,8 @@ impl Reader<'_> {
         let material = match self.scene.gas {
             Some(_) => {
                 let words = vacuum::Words::read(&mut section)?;
-                self.of_gas.extend(words.map(|words| words.of(&name.value)));
+                self.of_gas
+                    .extend(words.map(|words| (name.value.clone(), words)));
                 None
             }
             None => self.material(&mut section)?,

@@ -965,6 +965,17 @@ fn words_of_gases_are_checked() {
         (own.emission / (1e-4 / 4386.7) - 1.0).abs() < 1e-4,
         "{own:?}"
     );
+    // Half of it is drawn: what is said is of the whole.
+    let half = read(
+        "gas = \"H2\"\nsymmetry = { x = 0.1 }",
+        "pump = 877.34\noutgassing = 1e-4",
+    );
+    let own = half.unwrap().surfaces[0].material;
+    assert!((own.reflectance - 0.9).abs() < 1e-4, "{own:?}");
+    assert!(
+        (own.emission / (1e-4 / 8773.4) - 1.0).abs() < 1e-4,
+        "{own:?}"
+    );
     // A wall of which nothing is said.
     let wall = read("gas = 28", "").unwrap().surfaces[0].material;
     assert_eq!((wall.reflectance, wall.emission), (1.0, 0.0));

@@ -77,8 +77,6 @@ pub(super) fn read(problem: &mut Section<'_, '_>) -> Result<Vacuum, InputError> 
 /// What a surface does with molecules, as the file says it.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Words {
-    /// The name of the surface.
-    name: String,
     /// The probability that a molecule stays.
     sticking: Option<Placed<f64>>,
     /// What the surface pumps, in l/s.
@@ -126,7 +124,6 @@ impl Words {
         }
         let number = |found: Option<(Placed<f64>, Field<'_, '_>)>| found.map(|(number, _)| number);
         let words = Self {
-            name: String::new(),
             sticking: number(sticking),
             pump: number(pump),
             outgassing: number(whole),
@@ -139,14 +136,6 @@ impl Words {
             &words.outgassing_rate,
         ];
         Ok(all.iter().any(|own| own.is_some()).then_some(words))
-    }
-
-    /// What the surface of this name does.
-    pub(super) fn of(self, name: &str) -> Self {
-        Self {
-            name: name.to_owned(),
-            ..self
-        }
     }
 
     /// The material of a surface of this area in m²: what leaves is in millibar.
@@ -178,7 +167,7 @@ impl Words {
 /// Gives surfaces their materials, now that their areas are known; what says nothing keeps no molecule and gives none.
 pub(super) fn finish(
     scene: &mut SceneFile,
-    all: &[Words],
+    all: &[(String, Words)],
     source: &Source,
 ) -> Result<(), InputError> {
     let Some(gas) = scene.gas else {
@@ -192,8 +181,8 @@ pub(super) fn finish(
         };
     }
     // A later one replaces what is said of the same surface before.
-    for words in all {
-        let at = scene.surfaces.iter().position(|own| own.name == words.name);
+    for (name, words) in all {
+        let at = scene.surfaces.iter().position(|own| own.name == *name);
         let Some(surface) = at.and_then(|at| scene.surfaces.get_mut(at)) else {
             continue;
         };

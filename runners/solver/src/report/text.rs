@@ -1,7 +1,7 @@
 //! A report as a table for people, and remarks on its numbers.
 
 use super::{ChainReport, Coordinates, EnergyReport, EstimateReport, GoalReport, Report};
-use fredholm_model::numbers::{aligned, short, six_digits, with_decimals, with_error};
+use fredholm_model::numbers::{aligned, by_power, short, with_decimals, with_error};
 
 /// The standard errors by which a solution of the equation is off once in two million times.
 const MOST_ERRORS: f64 = 5.0;
@@ -269,10 +269,11 @@ pub(super) fn heads_of_heats(goals: &[GoalReport]) -> impl Iterator<Item = Strin
     names.filter_map(|(name, is_there)| is_there.then_some(name))
 }
 
-/// What people call a quantity in its unit: the irradiance of molecules is a pressure.
+/// What people call a quantity in its unit: the irradiance of molecules is a pressure, their net flux a throughput.
 fn word_of<'w>(quantity: &'w str, unit: Option<&str>) -> &'w str {
     match (quantity, unit) {
         ("irradiance", Some("mbar")) => "pressure",
+        ("net flux out of", Some("mbar l/s")) => "net throughput of",
         _ => quantity,
     }
 }
@@ -280,12 +281,9 @@ fn word_of<'w>(quantity: &'w str, unit: Option<&str>) -> &'w str {
 impl EstimateReport {
     /// A number that is given.
     pub(super) fn given(&self) -> String {
-        let number = self
-            .estimate
-            .map_or("-".to_owned(), |x| match x.abs() < 1e-6 && x != 0.0 {
-                true => six_digits(x),
-                false => with_decimals(x, 9),
-            });
+        let number = self.estimate.map_or("-".to_owned(), |x| {
+            by_power(x).unwrap_or_else(|| with_decimals(x, 9))
+        });
         format!("{number} (given)")
     }
 
@@ -313,11 +311,7 @@ impl EnergyReport {
         };
         let mut rows = vec![
             [
-                if self.unit == "mbar l/s" {
-                    "net throughput of"
-                } else {
-                    "net flux out of"
-                },
+                word_of("net flux out of", Some(self.unit)),
                 match self.unit {
                     "W/m" => "W per metre",
                     unit => unit,
@@ -347,7 +341,7 @@ fn number_or_dash(x: f64) -> String {
     if x.is_nan() {
         "-".to_owned()
     } else {
-        six_digits(x)
+        by_power(x).unwrap_or_else(|| format!("{x:.6}"))
     }
 }
 
