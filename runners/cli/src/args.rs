@@ -7,7 +7,7 @@ use std::sync::LazyLock;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
-use fredholm::{Choices, Estimator, Form, Pairs, Scalar, Sequence};
+use fredholm::{Choices, Estimator, Form, GlobalQuantity, Pairs, Scalar, Sequence};
 use fredholm_file::parts::Share;
 use fredholm_file::{ProblemFile, SetByFlag as _, Walk};
 
@@ -78,6 +78,16 @@ horizontal one by the sky. How the sky is distributed the scene says: `sky = { e
 One set of walks serves all times, and every value has a standard error. With a target error there are as many walks as leave no \
 time a larger one.")]
     Times(TimesArgs),
+    /// A quantity on every face of a scene, with an error bar each and a band for all
+    #[command(after_help = "\
+Of every polygon of the scene the mean, by walks of its own: also of black surfaces, of which u tells nothing, and in scenes of a million \
+triangles.
+
+  fredholm faces street.toml --target-error 0.02 --relative --out street.vtu
+
+Targets of the file are not looked at. With a target error every face takes as many walks as it needs. With `--cells` a neighbour equation \
+is solved first, which takes some time and most of the noise; without, walks are plain.")]
+    Faces(FacesArgs),
     /// Make one result of the parts of a run, in any order
     #[command(after_help = "\
 Prints what `solve` prints, with the bits of a run that nobody divided. Of parts that are not all there, or not \
@@ -659,6 +669,39 @@ pub(crate) struct SolveArgs {
     pub(crate) after: Option<u64>,
 }
 
+/// Walks of which a command over a scene has its own number.
+#[derive(Debug, Args)]
+pub(crate) struct SceneWalks {
+    /// Walks of each target or face [default: 4096, 256]; with a target error the first ones, which tell how many it takes [default: 1024, 32]
+    #[arg(long, value_name = "N", value_parser = count::<u64>)]
+    walks: Option<u64>,
+    /// The largest standard error that a value may have
+    #[arg(long, visible_alias = "error", value_name = "E")]
+    target_error: Option<f64>,
+    /// Interpret the target error relative to the largest value of a target or of all faces
+    #[arg(long)]
+    relative: bool,
+    /// Floating-point type of the walks
+    #[arg(long, value_parser = choices::<Scalar>())]
+    scalar: Option<Scalar>,
+    /// Seed of the walks
+    #[arg(long, value_name = "S", value_parser = count::<u64>)]
+    seed: Option<u64>,
+}
+
+impl SceneWalks {
+    /// Sets what was said in place of what the file says.
+    pub(crate) fn set(&self, walk: &mut Walk) {
+        walk.walks.set_by("--walks", self.walks);
+        walk.scalar.set_by("--scalar", self.scalar);
+        walk.seed.set_by("--seed", self.seed);
+        walk.target_error
+            .set_by("--target-error", self.target_error);
+        let relative = self.relative.then_some(true);
+        walk.relative.set_by("--relative", relative);
+    }
+}
+
 /// Options of `times`.
 #[derive(Debug, Args)]
 pub(crate) struct TimesArgs {
@@ -666,24 +709,31 @@ pub(crate) struct TimesArgs {
     pub(crate) file: PathBuf,
     /// The suns and skies (CSV)
     pub(crate) times: PathBuf,
-    /// Walks for each target [default: 4096]; with a target error the first ones, which tell how many it takes [default: 1024]
-    #[arg(long, value_name = "N", value_parser = count::<u64>)]
-    pub(crate) walks: Option<u64>,
-    /// The largest standard error that a time may have
-    #[arg(long, visible_alias = "error", value_name = "E")]
-    pub(crate) target_error: Option<f64>,
-    /// Interpret the target error relative to the largest value of a target
-    #[arg(long)]
-    pub(crate) relative: bool,
-    /// Floating-point type of the walks
-    #[arg(long, value_parser = choices::<Scalar>())]
-    pub(crate) scalar: Option<Scalar>,
-    /// Seed of the walks
-    #[arg(long, value_name = "S", value_parser = count::<u64>)]
-    pub(crate) seed: Option<u64>,
+    #[command(flatten)]
+    pub(crate) walks: SceneWalks,
     #[command(flatten)]
     pub(crate) common: Common,
     /// Write the values of all times to this file: .csv or .json
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+}
+
+/// Options of `faces`.
+#[derive(Debug, Args)]
+pub(crate) struct FacesArgs {
+    /// The problem file of a scene (TOML)
+    pub(crate) file: PathBuf,
+    /// The quantity: `u`, `irradiance`, or of heat `net_flux`
+    #[arg(long, default_value = "irradiance", value_parser = choices::<GlobalQuantity>())]
+    pub(crate) ask: GlobalQuantity,
+    #[command(flatten)]
+    pub(crate) walks: SceneWalks,
+    /// Solve a neighbour equation on about so many cells first
+    #[arg(long, value_name = "N", value_parser = count::<usize>)]
+    pub(crate) cells: Option<usize>,
+    #[command(flatten)]
+    pub(crate) common: Common,
+    /// Write all faces to this file: .json, .csv, .npz (arrays for NumPy), or .vtu or .glb, a mesh in colours
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
 }

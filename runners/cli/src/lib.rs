@@ -10,6 +10,7 @@ mod diagnose;
 mod drawing;
 mod exchange;
 mod export;
+mod faces;
 mod factors;
 mod failure;
 mod fit;
@@ -98,6 +99,7 @@ fn run(command: &Command, process: Option<Process<'_>>) -> Result<Ended, Failure
         )),
         Command::Paper(args) => paper::paper(args, signals),
         Command::Times(args) => times::times(args, signals),
+        Command::Faces(args) => faces::faces(args, signals),
         Command::Merge(args) => merge::merge(args),
         Command::Factors(args) => factors::factors(args, signals),
         Command::Rates(args) => rates::rates(args, signals),

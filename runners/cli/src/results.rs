@@ -49,11 +49,29 @@ pub(crate) trait Results: Serialize {
 impl Format {
     /// What to write where, known to be possible before any work is done.
     pub(crate) fn open(path: &Path, problem: &Problem) -> Result<(Self, Output), Failure> {
+        Self::open_of(path, problem, false)
+    }
+
+    /// What to write where; `is_of_faces` if values are those of all faces, and not of targets.
+    pub(crate) fn open_of(
+        path: &Path,
+        problem: &Problem,
+        is_of_faces: bool,
+    ) -> Result<(Self, Output), Failure> {
+        let places = || match is_of_faces {
+            true => Ok(Places::default()),
+            false => Places::new(problem),
+        };
         let refuse = |why: &str| Failure::of_out(path, why);
         let format = match path.extension().and_then(|e| e.to_str()) {
             Some("json") => Self::Json,
             Some("csv") => Self::Csv,
             Some("npz") => Self::Npz,
+            Some("svg") if is_of_faces => {
+                return Err(refuse(
+                    "the name must end in .json, .csv, .npz, .vtu or .glb",
+                ));
+            }
             Some("svg") => {
                 let is_grid = |target: &&file::Target| {
                     matches!(target.what, What::Grid(..) | What::Lattice(..))
@@ -78,11 +96,11 @@ impl Format {
                 }
                 Self::Svg(all)
             }
-            Some("vtu") => Self::Mesh(Places::new(problem).map_err(refuse)?, |mesh| {
+            Some("vtu") => Self::Mesh(places().map_err(refuse)?, |mesh| {
                 mesh.vtu().map(String::into_bytes)
             }),
             Some("glb") => {
-                let places = Places::new(problem).map_err(refuse)?;
+                let places = places().map_err(refuse)?;
                 let is_flat = |cell: &Cell| matches!(cell, Cell::Quad(_));
                 if !places.points.is_empty() && !places.cells.iter().any(is_flat) {
                     return Err(refuse("glTF shows grids of two axes, and cells of scenes"));

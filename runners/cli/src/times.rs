@@ -5,7 +5,6 @@ use std::path::Path;
 use fredholm::report::TimesReport;
 use fredholm::scene::TimesRequest;
 use fredholm::{Error, SceneModel};
-use fredholm_file::SetByFlag as _;
 use fredholm_file::kinds::Scene;
 use fredholm_file::parts::output::Output;
 use fredholm_file::scene::Times;
@@ -23,16 +22,7 @@ const WALKS: [u64; 2] = [4096, 1024];
 
 /// Runs `times`.
 pub(crate) fn times(args: &TimesArgs, signals: &Signals) -> Result<Ended, Failure> {
-    let file = read(&args.file, |file| {
-        let walk = &mut file.walk;
-        walk.walks.set_by("--walks", args.walks);
-        walk.scalar.set_by("--scalar", args.scalar);
-        walk.seed.set_by("--seed", args.seed);
-        walk.target_error
-            .set_by("--target-error", args.target_error);
-        walk.relative
-            .set_by("--relative", args.relative.then_some(true));
-    })?;
+    let file = read(&args.file, |file| args.walks.set(&mut file.walk))?;
     let Some(scene) = file.problem.of::<Scene>() else {
         return Err(Failure::input(format_args!(
             "{}: suns and skies over time shine on scenes, `kind = \"scene\"`",

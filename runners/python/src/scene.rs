@@ -102,6 +102,8 @@ pub(crate) struct FaceArrays {
     /// The area of every face that others do not cover.
     areas: Py<PyArray1<f64>>,
     unit: Option<&'static str>,
+    band_factor: f64,
+    bound: Option<f64>,
     walks: u64,
     seconds: f64,
 }
@@ -144,6 +146,8 @@ pub(crate) fn face_arrays(
         back_std_errors: array(1, error),
         areas: array(0, |own| own[0]),
         unit,
+        band_factor: found.band_factor,
+        bound: found.bound,
         walks: found.walks,
         seconds: found.seconds,
     }

@@ -4,6 +4,7 @@ mod chain;
 mod columns;
 mod csv;
 mod energy;
+mod faces;
 mod mesh;
 mod resolvent;
 mod text;
@@ -13,6 +14,7 @@ mod whole;
 
 pub use chain::ChainReport;
 pub use columns::{Column, Columns};
+pub use faces::{FacesReport, SurfaceFaces};
 pub use resolvent::ResolventReport;
 pub(crate) use text::named;
 pub use times::{TargetAtTimes, TimesReport};

@@ -317,9 +317,8 @@ fn every_face_has_its_own() {
         }
         assert_eq!(all.walks, 2400);
     }
-    // Three faces in a hundred have an error that is larger than their own walks told by a tenth.
     let all = request(Some(Tolerance::Absolute(5e-3)), true, None);
-    assert!(all.values.iter().all(|own| own.error < 6e-3), "{all:?}");
+    assert!(all.values.iter().all(|own| own.error <= 5e-3), "{all:?}");
     assert!(all.values.iter().any(|own| own.error > 2e-3), "{all:?}");
 }
 
@@ -456,5 +455,88 @@ fn errors_at_many_times_are_right() {
     }
     for sum in sums {
         assert!((sum - 31.0 / 29.0).abs() < 5.0 * 0.113, "{sum}");
+    }
+}
+
+#[test]
+fn rare_light_is_in_the_bars_of_faces() {
+    // A ground of 400 faces below a roof with a slit over the middle of each, through which the sun reaches a fiftieth of the face: of
+    // three faces in four no one of 16 walks knows.
+    let rectangle = |[a, b]: [f64; 2], [c, d]: [f64; 2], z: f64| {
+        vec![[a, c, z], [b, c, z], [b, d, z], [a, d, z]]
+    };
+    let (n, lit) = (20, 0.02);
+    let place = |i: usize| 1.0 * i as f64;
+    let ground = (0..n * n).map(|i| {
+        let [x, y] = [place(i % n), place(i / n)];
+        rectangle([x, x + 1.0], [y, y + 1.0], 0.0)
+    });
+    let ends = (0..=n).map(|i| match i {
+        0 => [-9.0, 0.5 - 0.5 * lit],
+        i if i == n => [place(n) - 0.5 + 0.5 * lit, place(n) + 9.0],
+        i => [place(i) - 0.5 + 0.5 * lit, place(i) + 0.5 - 0.5 * lit],
+    });
+    let roof = ends.map(|own| rectangle(own, [-9.0, place(n) + 9.0], 1.0));
+    let surface = |name: &str, polygons| NamedSurface {
+        name: name.to_owned(),
+        polygons,
+        material: Material::BLACK,
+    };
+    let surfaces = vec![
+        surface("ground", ground.collect()),
+        surface("roof", roof.collect()),
+    ];
+    let scene = SceneModel::new(surfaces, Enclosure::Open, Scalar::F64).unwrap();
+    let sun = Beam::Parallel {
+        towards: [0.0, 0.0, 1.0],
+        irradiance: 1000.0,
+    };
+    let lit_by_it = scene.scene().clone().with_beams(vec![sun]).unwrap();
+    let scene = SceneModel::of_scene(scene.names().to_vec(), lit_by_it);
+    let request = |walks, tolerance| {
+        let settings = Settings {
+            walks: Some(walks),
+            tolerance,
+            ..Settings::default()
+        };
+        let (quantity, walk) = (GlobalQuantity::Irradiance, settings.walk_options());
+        let request = FacesRequest {
+            quantity,
+            walk: &walk,
+            is_plain: true,
+        };
+        let found = scene
+            .on_faces(&settings.discretisation(), &request, &())
+            .unwrap();
+        let z = found
+            .values
+            .iter()
+            .take(n * n)
+            .map(|own| (own.value - 1000.0 * lit) / own.error);
+        (z.collect::<Vec<f64>>(), found)
+    };
+    for (walks, tolerance) in [
+        (16, None),
+        (64, None),
+        (16, Some(Tolerance::Absolute(10.0))),
+    ] {
+        let (z, found) = request(walks, tolerance);
+        let outside = z.iter().filter(|z| z.abs() > 1.96).count();
+        // 0.05 of 400, and 3.3 standard deviations more; of none that was found z is 0.
+        assert!(outside <= 20 + 15, "{walks}: {outside} outside, {z:?}");
+        let mean = z.iter().sum::<f64>() / z.len() as f64;
+        assert!(mean.abs() < 0.5, "{walks}: {mean}");
+        let band = found.band_factor;
+        assert!(band.is_nan() == (walks < 32 && tolerance.is_none()));
+        assert!(
+            !band.is_finite() || z.iter().all(|z| z.abs() <= band),
+            "{band}: {z:?}"
+        );
+        if tolerance.is_some() {
+            assert!(
+                found.values.iter().all(|own| own.error <= 10.0),
+                "{found:?}"
+            );
+        }
     }
 }

@@ -13,6 +13,7 @@ mod diagnose;
 mod domains;
 mod drawings;
 mod export;
+mod faces;
 mod fit;
 mod global;
 mod heat;

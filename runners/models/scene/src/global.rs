@@ -160,7 +160,7 @@ impl GlobalField for SceneField<'_> {
                 |face: &u32| self.cut.model.scene.faces()[*face as usize].reflectance <= 0.0;
             if asked != GlobalQuantity::U && faces.iter().any(is_black) {
                 return Err(Error::Region {
-                    message: "the global estimate of a scene is one of u, which tells no irradiance of a black surface: leave `global` out"
+                    message: "the global estimate of a scene is one of u, which tells no irradiance of a black surface: leave `global` out, or ask for all faces (`fredholm faces`)"
                         .to_owned(),
                 });
             }

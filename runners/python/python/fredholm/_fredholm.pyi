@@ -33,6 +33,8 @@ class FaceArrays:
     back_std_errors: npt.NDArray[np.float64]
     areas: npt.NDArray[np.float64]
     unit: Optional[str]
+    band_factor: float
+    bound: Optional[float]
     walks: int
     seconds: float
 
