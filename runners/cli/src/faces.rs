@@ -3,7 +3,7 @@
 use fredholm::report::{Columns, FacesReport};
 use fredholm::scene::FacesRequest;
 use fredholm::{Error, SceneModel};
-use fredholm_file::SetByFlag as _;
+use fredholm_file::{Place, Placed, SetByFlag as _, Target, What};
 use fredholm_plot::Figure;
 
 use crate::args::FacesArgs;
@@ -23,6 +23,17 @@ pub(crate) fn faces(args: &FacesArgs, signals: &Signals) -> Result<Ended, Failur
     let file = read(&args.file, |file| {
         args.walks.set(&mut file.walk);
         file.galerkin.cells.set_by("--cells", args.cells);
+        // Every face is asked for, whatever the file asks for.
+        file.targets = vec![Target {
+            name: Placed {
+                value: "all".to_owned(),
+                place: Place::Default,
+            },
+            component: None,
+            ask: None,
+            what: What::OverAll,
+            measured: None,
+        }];
     })?;
     let mut problem = Problem::new(file, None)?;
     let settings = &mut problem.resolved.settings;

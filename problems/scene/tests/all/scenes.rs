@@ -5,8 +5,9 @@ use fredholm_scene::{Enclosure, Material, Place, Polygon, Scene, SceneError, Sur
 use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;
 
-mod common;
-use common::{Surfaces, V, closed, closed_scenes, map, meshed, scene_of, sphere, triangulated};
+use crate::common::{
+    Surfaces, V, closed, closed_scenes, map, meshed, scene_of, sphere, triangulated,
+};
 
 fn cube() -> Surfaces {
     shapes::room([0.0; 3], [1.0; 3]).surfaces

@@ -1,7 +1,7 @@
 //! Solutions in closed form, and what must not change them.
 
 use super::*;
-use common::{map, meshed, rotation, sphere, triangulated};
+use crate::common::{map, meshed, rotation, sphere, triangulated};
 
 /// Estimates of the mean over a surface with polynomials of degree 1: plain and preconditioned, however walks end.
 fn means<F: Real>(scene: &Scene, surface: usize) -> Vec<Estimate> {

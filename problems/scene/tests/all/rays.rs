@@ -12,8 +12,7 @@ use fredholm_surfaces::space::{cross, dot, least_axis, sub, unit};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
-mod common;
-use common::{V, closed, closed_scenes, scene_of, scene_with, sphere};
+use crate::common::{V, closed, closed_scenes, scene_of, scene_with, sphere};
 
 /// The point at these coordinates from a vertex along the edges to two others.
 fn within(a: V, b: V, c: V, s: f64, t: f64) -> V {

@@ -9,9 +9,7 @@ use fredholm::{
     SolveError, Solver, SphereModel, TubeModel,
 };
 
-use common::Line;
-
-mod common;
+use crate::common::Line;
 
 /// A circle whose solution is this constant and a wave.
 fn circle(constant: f64) -> CircleModel {

@@ -5,9 +5,7 @@ use core::f64::consts::PI;
 
 use fredholm::{CubeModel, CustomModel, Method, Report, Solver};
 
-use common::Line;
-
-mod common;
+use crate::common::Line;
 
 /// An equation of which u is known everywhere.
 struct Case {

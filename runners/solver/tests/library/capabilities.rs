@@ -12,9 +12,7 @@ use fredholm::{
     SceneModel, Sequence, Solver, SphereModel, TubeModel,
 };
 
-use common::Line;
-
-mod common;
+use crate::common::Line;
 
 /// A kind, by its name, and an equation of it in two channels.
 struct Kind {

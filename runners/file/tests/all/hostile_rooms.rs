@@ -6,13 +6,13 @@ use proptest::test_runner::RngSeed;
 
 use fredholm_file::{self as file, InputError, deck};
 
-const DECK: &str = include_str!("../../../examples/facet.vs2");
+const DECK: &str = include_str!("../../../../examples/facet.vs2");
 const FILES: [&str; 5] = [
-    include_str!("../templates/room.toml"),
-    include_str!("../../../examples/furnished.toml"),
-    include_str!("../../../examples/doorway.toml"),
-    include_str!("../../../examples/furnace.toml"),
-    include_str!("../../../examples/facet.toml"),
+    include_str!("../../templates/room.toml"),
+    include_str!("../../../../examples/furnished.toml"),
+    include_str!("../../../../examples/doorway.toml"),
+    include_str!("../../../../examples/furnace.toml"),
+    include_str!("../../../../examples/facet.toml"),
 ];
 
 /// Numbers that are none, or that nobody means.

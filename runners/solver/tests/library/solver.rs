@@ -15,9 +15,7 @@ use fredholm::{
     Report, Scalar, Sequence, Settings, SolveError, SolveObserver, Solver, SphereModel,
 };
 
-use common::Line;
-
-mod common;
+use crate::common::Line;
 
 /// u(x) = ½ ∫ exp(−(x − y)²) u(y) dy + x on [0, 1].
 fn gauss() -> CubeModel {

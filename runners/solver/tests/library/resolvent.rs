@@ -9,9 +9,7 @@ use fredholm::{
 };
 use fredholm_core::resolvent::Regular;
 
-use common::Line;
-
-mod common;
+use crate::common::Line;
 
 /// An equation on an interval with what is known of its solution.
 struct Case {

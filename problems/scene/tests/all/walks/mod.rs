@@ -17,12 +17,10 @@ use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
 mod coloured;
-#[path = "../common/mod.rs"]
-mod common;
 mod skylight;
 mod solutions;
 mod starts;
-use common::{Surfaces, closed_scenes, scene_with};
+use crate::common::{Surfaces, closed_scenes, scene_with};
 
 /// Most standard errors that any of the thousand estimates of this file may be off.
 const STANDARD_ERRORS: f64 = 4.9;

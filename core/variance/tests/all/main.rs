@@ -1,0 +1,4 @@
+//! Tests of predictions, in one program.
+
+mod line;
+mod model;

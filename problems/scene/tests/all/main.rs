@@ -1,0 +1,6 @@
+//! Tests of scenes, in one program.
+
+mod common;
+mod rays;
+mod scenes;
+mod walks;

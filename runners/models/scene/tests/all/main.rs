@@ -1,0 +1,4 @@
+//! Tests of models of scenes, in one program.
+
+mod coverage;
+mod roads;
