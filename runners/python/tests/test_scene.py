@@ -70,13 +70,13 @@ def test_every_face_has_a_value_with_a_bar() -> None:
     found = scene.irradiance(walks=2000)
     exact = np.array([OPPOSITE, 0.0, NEXT, NEXT, NEXT, NEXT])
     assert found.values.shape == found.std_errors.shape == (6,) and found.areas == pytest.approx(np.ones(6))
-    # The ceiling sees what is dark: no walk scores, and its error is what walks from other faces say of one more.
-    assert (abs(found.values - exact) <= 5 * found.std_errors).all()
-    assert 0 < found.std_errors[1] < 0.2 * found.std_errors[0] and 2.5 < found.band_factor < 2.8
+    # The ceiling sees what is dark: no walk scores, and none tells an error.
+    assert (abs(found.values - exact) <= 5 * np.nan_to_num(found.std_errors) + 1e-12).all()
+    assert np.isnan(found.std_errors).tolist() == [False, True, False, False, False, False] and 2.6 < found.band_factor < 2.7
     assert found.intervals.shape == (6, 2) and found.walks == 12_000
     assert scene.irradiance(walks=200, threads=1).values.tobytes() == scene.irradiance(walks=200, threads=2).values.tobytes()
     finer = scene.irradiance(target_error=2e-3)
-    assert finer.std_errors.max() <= 2e-3
+    assert np.nanmax(finer.std_errors) <= 2e-3
     # u is known.
     assert scene.radiosity().values.tolist() == [0, 1, 0, 0, 0, 0] and not scene.radiosity().std_errors.any()
 

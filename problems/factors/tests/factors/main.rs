@@ -7,7 +7,7 @@ use fredholm_scene::{Polygon, Scene, shapes};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
-#[path = "../../../scene/tests/common/mod.rs"]
+#[path = "../../../scene/tests/all/common/mod.rs"]
 mod common;
 mod family;
 mod sky;

@@ -70,55 +70,72 @@ const MOST_WALKS: u64 = 1 << 24;
 /// How many times as many walks are made as those before told: their own error would leave half of all faces above what is asked for.
 const MORE: f64 = 1.2;
 
+/// The share of the walks before by which there are more at least.
+const LEAST: f64 = 0.25;
+
 /// The fewest walks of a face that tell an error to rely on: first ones where one is asked for, and those of a band.
 const FIRST: u64 = 32;
 
 /// The probability of the band.
 const LEVEL: f64 = 0.95;
 
-/// The square of an error; 0 of NaN, where nothing scored.
-fn square_of(error: f64) -> f64 {
-    if error > 0.0 { error * error } else { 0.0 }
-}
-
-/// What the variances of walks from all faces say together of one more walk.
-///
-/// A face from which hardly a walk has found the sun may have an error that its own walks do not tell. So a variance is that of its walks
-/// and of one more that scored as far off as scores of two values would lie apart, whose standard deviation is that of all faces in the root mean
-/// square: n walks of variance s² leave the error √(s²/n + D²/n²), but for terms of order n⁻³.
+/// A face as walks go on.
 #[derive(Clone, Copy, Debug)]
-struct OneMore {
-    /// D².
-    square: f64,
+struct Face {
+    /// What was found so far.
+    found: Spot,
+    walks: u64,
 }
 
-impl OneMore {
-    fn new(values: &[Spot], walks: u64) -> Self {
-        let sum: f64 = values.iter().map(|own| square_of(own.error)).sum();
-        let square = 4.0 * walks as f64 * sum / values.len().max(1) as f64;
-        Self { square }
-    }
-
-    /// The standard error of so many walks whose own one is `error`; NaN where no walk from any face tells one.
-    fn error(self, error: f64, walks: u64) -> f64 {
-        if self.square == 0.0 {
-            return error;
+impl Face {
+    /// The sum of squared deviations of scores; 0 where nothing scored.
+    fn squares(&self) -> f64 {
+        let walks = self.walks as f64;
+        let square = self.found.error * self.found.error;
+        if square > 0.0 {
+            square * walks * (walks - 1.0)
+        } else {
+            0.0
         }
-        (square_of(error) + self.square / (walks as f64).powi(2)).sqrt()
     }
 
-    /// The number of walks that leave the error `bound`, and some more, if so many left `error`.
-    fn walks(self, error: f64, walks: u64, bound: f64) -> u64 {
-        let own = walks as f64 * square_of(error);
-        let square = bound * bound;
-        let root = (own * own + 4.0 * square * self.square).sqrt();
-        (MORE * (own + root) / (2.0 * square)).ceil() as u64
+    /// Adds further walks.
+    fn add(&mut self, other: &Self) {
+        let [own, more] = [self.walks, other.walks].map(|walks| walks as f64);
+        let (all, apart) = (own + more, other.found.value - self.found.value);
+        let squares = self.squares() + other.squares() + own * more / all * apart * apart;
+        // Where nothing has scored yet no error is known.
+        let has_scored = !(self.found.error.is_nan() && other.found.error.is_nan());
+        *self = Self {
+            found: Spot {
+                value: self.found.value + more / all * apart,
+                error: if has_scored {
+                    (squares / (all * (all - 1.0))).sqrt()
+                } else {
+                    f64::NAN
+                },
+            },
+            walks: self.walks + other.walks,
+        };
+    }
+
+    /// The number of further walks that an error takes, and some more. Few walks may have missed what a face sees: no variance counts as less
+    /// than that of a face in the mean.
+    fn further(&self, mean: f64, bound: f64) -> u64 {
+        let walks = self.walks as f64;
+        let own = self.squares() / (walks - 1.0);
+        let needed = if own > mean { own } else { mean } / (bound * bound);
+        if needed <= walks {
+            return 0;
+        }
+        let further = (MORE * needed - walks).max(LEAST * walks);
+        (further.ceil() as u64).min(MOST_WALKS.saturating_sub(self.walks))
     }
 }
 
 impl SceneModel {
-    /// Estimates the mean of a quantity over every face. Where an error is asked for, first walks tell how many others each face takes; a face
-    /// whose own error is above it then has others again, of which there are more.
+    /// Estimates the mean of a quantity over every face. Where an error is asked for, first walks tell how many more each face takes, and walks
+    /// go on until it is reached.
     ///
     /// # Errors
     /// [`Error`]; [`Error::Option`]: of several channels, and of net fluxes where there are no temperatures.
@@ -200,45 +217,47 @@ impl SceneModel {
                 })
             };
             let tolerance = request.walk.tolerance;
-            let count = tolerance.map_or(request.walk.walks, |_| request.walk.walks.max(FIRST));
-            let mut counts = vec![count; faces.len()];
+            let first = tolerance.map_or(request.walk.walks, |_| request.walk.walks.max(FIRST));
             let known: Vec<Option<f64>> = (0..faces.len()).map(known).collect();
             let mut open: Vec<usize> = (0..faces.len()).filter(|&i| known[i].is_none()).collect();
-            let mut values: Vec<Spot> = known.iter().map(|known| Spot { value: known.unwrap_or(0.0), error: 0.0 }).collect();
-            let put = |values: &mut [Spot], open: &[usize], found: Vec<Spot>| {
-                open.iter().zip(found).for_each(|(&number, own)| values[number] = own);
-            };
-            let first = walked(&open, 0, &counts)?.0;
-            let more = OneMore::new(&first, count);
-            put(&mut values, &open, first);
-            let mut walks = count.saturating_mul(open.len() as u64);
-            let largest = values.iter().map(|own| own.value.abs()).fold(0.0, f64::max);
-            let bound = tolerance.map(|tolerance| match tolerance {
-                Tolerance::Absolute(bound) => bound,
-                Tolerance::Relative(share) => share * largest,
-            });
-            for round in 1.. {
-                let Some(bound) = bound else { break };
+            let mut all: Vec<Face> = known.iter().map(|known| Face {
+                found: Spot { value: known.unwrap_or(0.0), error: 0.0 },
+                walks: 0,
+            }).collect();
+            let mut counts = vec![first; faces.len()];
+            let mut bound = None;
+            let mut mean = 0.0;
+            for round in 0.. {
+                let found = walked(&open, round, &counts)?.0;
+                for (&number, found) in open.iter().zip(found) {
+                    let own = Face { found, walks: counts[number] };
+                    match round {
+                        0 => all[number] = own,
+                        _ => all[number].add(&own),
+                    }
+                }
+                let Some(tolerance) = tolerance else { break };
+                let bound = *bound.get_or_insert_with(|| {
+                    let largest = all.iter().map(|own| own.found.value.abs()).fold(0.0, f64::max);
+                    let squares = open.iter().map(|&number| all[number].squares()).sum::<f64>();
+                    mean = squares / (open.len() as f64 * (first - 1) as f64).max(1.0);
+                    match tolerance {
+                        Tolerance::Absolute(bound) => bound,
+                        Tolerance::Relative(share) => share * largest,
+                    }
+                });
                 open.retain(|&number| {
-                    let (error, done) = (values[number].error, counts[number]);
-                    more.error(error, done) > bound && done < MOST_WALKS
+                    counts[number] = all[number].further(mean, bound);
+                    counts[number] > 0
                 });
                 if open.is_empty() {
                     break;
                 }
-                for &number in &open {
-                    let needed = more.walks(values[number].error, counts[number], bound);
-                    counts[number] = needed.clamp(counts[number], MOST_WALKS);
-                    walks = walks.saturating_add(counts[number]);
-                }
-                let found = walked(&open, round, &counts)?.0;
-                put(&mut values, &open, found);
             }
-            let of_walks = values.iter_mut().zip(&counts).zip(&known);
-            for ((own, &walks), _) in of_walks.filter(|(_, known)| known.is_none()) {
-                own.error = more.error(own.error, walks);
-            }
-            let fewest = counts.iter().copied().min().unwrap_or(count);
+            let walks = all.iter().map(|own| own.walks).sum();
+            let values = all.iter().map(|own| own.found).collect();
+            let of_walks = all.iter().map(|own| own.walks).filter(|&walks| walks > 0);
+            let fewest = of_walks.min().unwrap_or(first);
             let band_factor = match fewest < FIRST {
                 true => f64::NAN,
                 false => simultaneous(LEVEL, faces.len(), Some((fewest - 1) as f64)),

@@ -515,32 +515,18 @@ fn rare_light_is_in_the_bars_of_faces() {
             .map(|own| (own.value - 1000.0 * lit) / own.error);
         (z.collect::<Vec<f64>>(), found)
     };
-    for (walks, tolerance) in [
-        (16, None),
-        (64, None),
-        (16, Some(Tolerance::Absolute(10.0))),
-    ] {
-        let (z, found) = request(walks, tolerance);
-        let outside = z.iter().filter(|z| z.abs() > 1.96).count();
-        // 0.05 of 400, and 3.3 standard deviations more.
-        assert!(outside <= 20 + 15, "{walks}: {outside} outside, {z:?}");
-        // Nor do faces that had others again make a bias: errors of faces do not depend on each other.
-        let ground = || found.values.iter().take(n * n);
-        let mean = ground().map(|own| own.value).sum::<f64>() / z.len() as f64;
-        let square: f64 = ground().map(|own| own.error * own.error).sum();
-        let z_of_mean = (mean - 1000.0 * lit) / (square.sqrt() / z.len() as f64);
-        assert!(z_of_mean.abs() < 3.3, "{walks}: {mean}, z = {z_of_mean}");
-        let band = found.band_factor;
-        assert!(band.is_nan() == (walks < 32 && tolerance.is_none()));
-        assert!(
-            !band.is_finite() || z.iter().all(|z| z.abs() <= band),
-            "{band}: {z:?}"
-        );
-        if tolerance.is_some() {
-            assert!(
-                found.values.iter().all(|own| own.error <= 10.0),
-                "{found:?}"
-            );
-        }
-    }
+    let (z, found) = request(16, Some(Tolerance::Absolute(7.0)));
+    // A walk finds 1000 or nothing. Of some 400 walks a face finds 8 in the mean, so that errors are no normal ones yet: a face in twenty may be
+    // outside, and 5 standard deviations of that more.
+    let outside = z.iter().filter(|z| z.abs() > 1.96).count();
+    assert!(outside <= 20 + 22, "{outside} outside, {z:?}");
+    // Nor do faces whose walks went on make a bias: errors of faces do not depend on each other.
+    let ground = || found.values.iter().take(n * n);
+    let mean = ground().map(|own| own.value).sum::<f64>() / z.len() as f64;
+    let square: f64 = ground().map(|own| own.error * own.error).sum();
+    let z_of_mean = (mean - 1000.0 * lit) / (square.sqrt() / z.len() as f64);
+    assert!(z_of_mean.abs() < 3.3, "{mean}, z = {z_of_mean}");
+    assert!(z.iter().all(|z| z.abs() <= found.band_factor), "{z:?}");
+    assert!(found.values.iter().all(|own| own.error <= 7.0), "{found:?}");
+    assert!(request(16, None).1.band_factor.is_nan());
 }
