@@ -102,7 +102,7 @@ pub(crate) struct FaceArrays {
     /// The area of every face that others do not cover.
     areas: Py<PyArray1<f64>>,
     unit: Option<&'static str>,
-    band_factor: f64,
+    bands: Py<PyArray1<f64>>,
     bound: Option<f64>,
     walks: u64,
     seconds: f64,
@@ -117,8 +117,8 @@ pub(crate) fn face_arrays(
     unit: Option<&'static str>,
 ) -> FaceArrays {
     let count = arrays.counts.len();
-    // The sums of areas, of these times values, and of squares of these times errors, of fronts and of backs.
-    let mut sums = [vec![[0.0; 3]; count], vec![[0.0; 3]; count]];
+    // The sums of areas, of these times values, of squares of these times errors, and of these times bands, of fronts and of backs.
+    let mut sums = [vec![[0.0; 4]; count], vec![[0.0; 4]; count]];
     for (face, own) in found.values.iter().enumerate() {
         let place = scene.place(face);
         let number = place.and_then(|at| file?.number_of_face(at.surface, at.polygon));
@@ -127,18 +127,19 @@ pub(crate) fn face_arrays(
         };
         let side = usize::from(place.surface >= arrays.surfaces.len());
         let area = scene.faces()[face].area;
-        if let Some([sum, value, error]) = sums[side].get_mut(number as usize) {
+        if let Some([sum, value, error, band]) = sums[side].get_mut(number as usize) {
             *sum += area;
             *value += area * own.value;
             *error += (area * own.error).powi(2);
+            *band += area * found.bands[face];
         }
     }
-    let array = |side: usize, of: fn(&[f64; 3]) -> f64| {
+    let array = |side: usize, of: fn(&[f64; 4]) -> f64| {
         let all: Vec<f64> = sums[side].iter().map(of).collect();
         all.into_pyarray(py).unbind()
     };
-    let value = |own: &[f64; 3]| own[1] / own[0];
-    let error = |own: &[f64; 3]| own[2].sqrt() / own[0];
+    let value = |own: &[f64; 4]| own[1] / own[0];
+    let error = |own: &[f64; 4]| own[2].sqrt() / own[0];
     FaceArrays {
         values: array(0, value),
         std_errors: array(0, error),
@@ -146,7 +147,7 @@ pub(crate) fn face_arrays(
         back_std_errors: array(1, error),
         areas: array(0, |own| own[0]),
         unit,
-        band_factor: found.band_factor,
+        bands: array(0, |own| own[3] / own[0]),
         bound: found.bound,
         walks: found.walks,
         seconds: found.seconds,

@@ -35,7 +35,10 @@ fn every_face_has_a_row() {
         assert!(ran.stdout.contains(words), "{words}: {}", ran.stdout);
     }
     let rows = csv_rows(out("a.csv").as_ref());
-    assert_eq!(rows[0], ["surface", "area", "irradiance", "std_error"]);
+    assert_eq!(
+        rows[0],
+        ["surface", "area", "irradiance", "std_error", "band"]
+    );
     for (row, exact) in rows[1..].iter().zip(FACTORS) {
         let [value, error] = [2, 3].map(|i| row[i].parse::<f64>().unwrap());
         assert!(

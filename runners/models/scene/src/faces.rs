@@ -54,8 +54,9 @@ pub struct FacesRequest<'a> {
 pub struct FaceValues {
     /// The mean over each face, in the order of the scene's, with its standard error.
     pub values: Vec<Spot>,
-    /// Half the width of a band that holds the values of all faces at once with probability 95 %, in standard errors; NaN of fewer than 32 walks.
-    pub band_factor: f64,
+    /// Half the width of a band that holds the values of all faces at once with probability 95 %, at every face; NaN of fewer than 32 walks a face.
+    /// Few walks may have missed what a face sees, so that no variance counts as less than that of a face in the mean.
+    pub bands: Vec<f64>,
     /// What was asked for: the largest standard error that a face may have. `None` without a tolerance.
     pub bound: Option<f64>,
     /// The number of all walks.
@@ -256,14 +257,21 @@ impl SceneModel {
             }
             let walks = all.iter().map(|own| own.walks).sum();
             let values = all.iter().map(|own| own.found).collect();
-            let of_walks = all.iter().map(|own| own.walks).filter(|&walks| walks > 0);
-            let fewest = of_walks.min().unwrap_or(first);
-            let band_factor = match fewest < FIRST {
+            let seen = || all.iter().filter(|own| own.walks > 0);
+            let freedom: u64 = seen().map(|own| own.walks - 1).sum();
+            let mean = seen().map(Face::squares).sum::<f64>() / freedom.max(1) as f64;
+            let fewest = seen().map(|own| own.walks).min().unwrap_or(first);
+            let factor = match fewest < FIRST {
                 true => f64::NAN,
                 false => simultaneous(LEVEL, faces.len(), Some((fewest - 1) as f64)),
             };
+            let band = |own: &Face| match own.walks {
+                0 => 0.0,
+                walks => factor * (mean / walks as f64).sqrt().max(own.found.error),
+            };
+            let bands = all.iter().map(band).collect();
             let seconds = start.elapsed().as_secs_f64();
-            Ok(FaceValues { values, band_factor, bound, walks, seconds })
+            Ok(FaceValues { values, bands, bound, walks, seconds })
         })
     }
 }

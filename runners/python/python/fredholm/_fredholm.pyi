@@ -33,7 +33,7 @@ class FaceArrays:
     back_std_errors: npt.NDArray[np.float64]
     areas: npt.NDArray[np.float64]
     unit: Optional[str]
-    band_factor: float
+    bands: npt.NDArray[np.float64]
     bound: Optional[float]
     walks: int
     seconds: float

@@ -401,7 +401,7 @@ class Scene(Problem):
             found.areas,
             found.back_values if any(both for _, both, _ in self._surfaces) else None,
             found.back_std_errors if any(both for _, both, _ in self._surfaces) else None,
-            found.band_factor,
+            found.bands,
             found.walks,
             found.seconds,
             self,
@@ -464,8 +464,8 @@ class FaceResult:
         The area of each face that others do not cover.
     back_values, back_std_errors : numpy.ndarray or None
         Those of the backs of faces that are seen from both sides.
-    band_factor : float
-        Half the width of a band that holds all values at once with probability 95 %, in standard errors; NaN of fewer than 32 walks a face.
+    bands : numpy.ndarray
+        Half the width of a band that holds all values at once with probability 95 %, at each face; NaN of fewer than 32 walks a face.
     walks : int
         The number of all walks.
     seconds : float
@@ -479,7 +479,7 @@ class FaceResult:
     areas: Array
     back_values: Optional[Array]
     back_std_errors: Optional[Array]
-    band_factor: float
+    bands: Array
     walks: int
     seconds: float
     scene: Scene = field(repr=False)

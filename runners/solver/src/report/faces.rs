@@ -28,7 +28,7 @@ const FAILED: Error = Error::Internal("faces that are no CSV");
 /// let found = cube.on_faces(&settings.discretisation(), &request, &())?;
 /// let report = FacesReport::new(&cube, quantity, &found);
 /// assert_eq!(report.surfaces[0].faces, 6);
-/// assert!(report.csv()?.starts_with("surface,area,irradiance,std_error\nwalls,1.0,"));
+/// assert!(report.csv()?.starts_with("surface,area,irradiance,std_error,band\nwalls,1.0,"));
 /// # Ok::<(), fredholm::Error>(())
 /// ```
 #[derive(Clone, Debug, Serialize)]
@@ -50,9 +50,9 @@ pub struct FacesReport {
     pub values: Vec<f64>,
     /// The standard error of each.
     pub std_errors: Vec<f64>,
-    /// Half the width of a band that holds all values at once with probability 95 %, in standard errors.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub band_factor: Option<f64>,
+    /// Half the width of a band that holds all values at once with probability 95 %, at every face; NaN of fewer than 32 walks a
+    /// face.
+    pub bands: Vec<f64>,
     /// The largest standard error that was asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub target_error: Option<f64>,
@@ -154,7 +154,7 @@ impl FacesReport {
             areas,
             values: found.values.iter().map(|own| own.value).collect(),
             std_errors: found.values.iter().map(|own| own.error).collect(),
-            band_factor: Some(found.band_factor).filter(|factor| factor.is_finite()),
+            bands: found.bands.clone(),
             target_error: found.bound,
             walks: found.walks,
             seconds: found.seconds,
@@ -178,10 +178,12 @@ impl FacesReport {
         // Others may cover all of one.
         let seen = self.surfaces.iter().filter(|own| own.faces > 0);
         rows.extend(seen.map(SurfaceFaces::row));
-        let band = self.band_factor.map_or(String::new(), |factor| {
+        let widest = self.bands.iter().copied().reduce(f64::max);
+        let band = widest.filter(|_| !self.bands.iter().any(|band| band.is_nan()));
+        let band = band.map_or(String::new(), |widest| {
             format!(
-                "band: 95 % on all faces together, {} standard errors\n",
-                short(factor)
+                "band: 95 % on all faces together, at most ± {}\n",
+                short(widest)
             )
         });
         format!(
@@ -200,13 +202,13 @@ impl FacesReport {
     /// [`Error::Internal`].
     pub fn csv(&self) -> Result<String, Error> {
         let mut writer = csv::Writer::from_writer(Vec::new());
-        let head = ["surface", "area", self.quantity, "std_error"];
+        let head = ["surface", "area", self.quantity, "std_error", "band"];
         writer.write_record(head).map_err(|_| FAILED)?;
         let names: Vec<String> = self.names().map(harmless).collect();
-        let numbers = self.areas.iter().zip(&self.values).zip(&self.std_errors);
-        for (name, ((area, value), error)) in names.iter().zip(numbers) {
+        for (number, name) in names.iter().enumerate() {
+            let columns = [&self.areas, &self.values, &self.std_errors, &self.bands];
             writer
-                .serialize((name, area, value, error))
+                .serialize((name, columns.map(|column| column[number])))
                 .map_err(|_| FAILED)?;
         }
         let bytes = writer.into_inner().map_err(|_| FAILED)?;
@@ -228,6 +230,7 @@ impl FacesReport {
             of_targets: vec![
                 (self.quantity, self.values.clone()),
                 ("std_error", self.std_errors.clone()),
+                ("band", self.bands.clone()),
                 ("area", self.areas.clone()),
             ],
             of_cells: Vec::new(),
