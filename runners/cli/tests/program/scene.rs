@@ -600,6 +600,35 @@ fn what_is_asked_for_in_place_of_u() {
     );
     let table = solve("ask = \"net_flux\"", &["--walks", "2000"]).stdout;
     assert!(table.contains("a: net flux, W/m2"), "{table}");
+    // In the middle between two black plates of the same size, open all round: by symmetry half of what comes from both plates.
+    let middle = text("ask = \"temperature\"").replace("over = \"a\"", "at = [0.5, 0.5, 0.5]");
+    let ran = folder.solve(&middle, &["--json", "--target-error", "0.2"]);
+    assert_eq!(ran.status, Some(0), "{ran:?}");
+    let own = &ran.json()["targets"][0];
+    let number = |key: &str| own["preconditioned"][key].as_f64().unwrap();
+    // Each plate is one of six sides of a cube.
+    let exact = ((300_f64.powi(4) + 400_f64.powi(4)) / 6.0).powf(0.25);
+    assert!(number("std_error") <= 0.2 && own["preconditioned"]["unit"] == "K");
+    assert!(
+        (number("estimate") - exact).abs() < 5.0 * number("std_error"),
+        "{own}"
+    );
+    assert_eq!(
+        own["radiant_temperature"]["estimate"],
+        own["preconditioned"]["estimate"]
+    );
+    let table = folder.solve(&middle, &["--walks", "2000"]).stdout;
+    assert!(table.contains("a: temperature, K"), "{table}");
+    let both =
+        format!("{middle}\n[[target]]\nname = \"b\"\nover = \"b\"\n[walk]\ntarget_error = 1\n");
+    refused(
+        &folder.solve(&both, &[]),
+        &["problem.toml:21:16", "whose error is in kelvin"],
+    );
+    refused(
+        &solve("ask = \"temperature\"", &[]),
+        &["problem.toml:15:7", "the temperature is given there"],
+    );
     refused(
         &solve("ask = \"brightness\"", &[]),
         &["problem.toml:15:7", "brightness"],

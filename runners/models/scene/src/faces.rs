@@ -2,7 +2,7 @@
 
 use web_time::Instant;
 
-use fredholm_core::{Equation as _, LastStep, Tolerance};
+use fredholm_core::{Equation as _, LastStep};
 use fredholm_model::heat::Asked;
 use fredholm_model::{
     Discretisation, Error, GlobalQuantity, Partitioned, Spot, SpotWalks, Subject, WalkOptions,
@@ -86,6 +86,11 @@ impl SceneModel {
         if self.colours().is_some() {
             return refuse("values of all faces are those of one channel: leave `channels` out");
         }
+        if request.quantity == GlobalQuantity::Temperature {
+            return refuse(
+                "values of all faces are radiosities, irradiances or net fluxes: ask for temperatures at targets",
+            );
+        }
         if request.quantity == GlobalQuantity::NetFlux && self.heat().is_none() {
             return refuse("a net flux is one of heat, and this is light: ask for irradiances");
         }
@@ -147,10 +152,7 @@ impl SceneModel {
             let mut walks = count.saturating_mul(faces.len() as u64);
             if let Some(tolerance) = request.walk.tolerance {
                 let largest = values.iter().map(|own| own.value.abs()).fold(0.0, f64::max);
-                let bound = match tolerance {
-                    Tolerance::Absolute(bound) => bound,
-                    Tolerance::Relative(share) => share * largest,
-                };
+                let bound = tolerance.error_at(largest);
                 // Few walks may have missed what a face sees: none has fewer than a face in the mean, nor does one where nothing scored.
                 let known = || values.iter().map(|own| own.error).filter(|error| !error.is_nan());
                 let square = known().map(|error| error * error).sum::<f64>() / known().count().max(1) as f64;
