@@ -158,7 +158,7 @@ fn between(net_flux: f64) -> SceneModel {
 /// Upside down T⁴ is what is missing to 300⁴ + 400⁴, so that half of that is its mean over the sides, and what is in the middle sees.
 #[test]
 fn temperatures_have_their_error_in_kelvin() {
-    let (cube, error) = (between(0.0), 0.1);
+    let (cube, error) = (between(0.0), 0.4);
     let exact = (0.5 * (300_f64.powi(4) + 400_f64.powi(4))).powf(0.25);
     let sides = Region::Parts(vec![2, 3, 4, 5]);
     let middle = Region::Point(vec![0.5; 3]);
@@ -175,7 +175,7 @@ fn temperatures_have_their_error_in_kelvin() {
         let own = found(&report, number);
         assert_near(own, exact);
         assert!(own[1] <= error && own[1] > 0.0, "{own:?}");
-        // Walks end at this error, and not at one of some other unit: 0.1 K are 1.0 W/m².
+        // Walks end at this error, and not at one of some other unit: 0.4 K are 4.2 W/m².
         assert!(own[1] > 0.3 * error || goal.walks < 100_000, "{own:?}");
         assert_eq!(
             (goal.ask, goal.plain.unit),
@@ -183,7 +183,6 @@ fn temperatures_have_their_error_in_kelvin() {
         );
         let column = goal.temperature.or(goal.radiant_temperature).unwrap();
         assert!((column.estimate.unwrap() - own[0]).abs() < 1e-9);
-        assert!((goal.galerkin - exact).abs() < 5.0, "{}", goal.galerkin);
     }
     let one = |walks| {
         let solver = Solver::new(&cube).goal("t", temperature(middle.clone()));
@@ -195,17 +194,22 @@ fn temperatures_have_their_error_in_kelvin() {
             .iter()
             .any(|own| own.contains("a fifteenth"))
     };
-    assert!(!warned(&one(1000)));
+    let with_cells = one(1000);
+    let galerkin = with_cells.goals[0].galerkin;
+    assert!(
+        (galerkin - exact).abs() < 5.0 && !warned(&with_cells),
+        "{galerkin}"
+    );
     // Two walks may differ by more than that, and may be alike.
-    assert!((1..20).any(|seed| {
+    assert!((1..40).any(|seed| {
         let solver = Solver::new(&cube)
             .goal("t", temperature(middle.clone()))
             .seed(seed);
-        warned(&solver.cells(24).degree(0).walks(2).solve().unwrap())
+        warned(&solver.cells(6).degree(0).walks(2).solve().unwrap())
     }));
 }
 
-/// Of x(1 ± d) with the same chance.
+/// The mean of T at x(1 + d) and x(1 − d), which have the same chance.
 #[test]
 fn a_temperature_bends_as_its_remark_says() {
     let of = |x: f64| {
