@@ -90,7 +90,12 @@ impl<'m> GlobalSystem<'m> for SceneSystem<'m> {
             let known = radiosity.known(&Point { face, position });
             // As walks have it.
             means.push(known + in_scalar!(cut.scalar, F => F::from_f64(*v).to_f64()));
-            mesh.push(MeshCell { part, corners });
+            let corners = corners.into_iter();
+            let corners = corners.map(|corner| cut.model.scene.moved_out(corner));
+            mesh.push(MeshCell {
+                part,
+                corners: corners.collect(),
+            });
         }
         Ok(Box::new(SceneField {
             cut: Arc::clone(cut),
