@@ -58,7 +58,7 @@ impl Tolerance {
 
     /// The standard error that is asked for of an estimate of this size, in its units.
     ///
-    /// That of a root T = (x/unit)^¼ is ΔT dx/dT = 4 x ΔT/T; there is none where x is not above 0.
+    /// The error of a root T = (x/unit)^¼ is ΔT, and so that of x is ΔT dx/dT = 4 x ΔT/T; there is none where x is not above 0.
     ///
     /// ```
     /// use fredholm_core::Tolerance;

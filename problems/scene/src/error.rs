@@ -110,7 +110,7 @@ pub enum SceneError {
         /// The distance from the middle of an edge that no other polygon has to the nearest polygon beside its own and the neighbours of
         /// that, in the scene's unit of length.
         gap: Option<f64>,
-        /// That polygon.
+        /// The polygon at that distance.
         to: Option<Place>,
     },
     /// More than 2³² − 2 polygons or vertices.
