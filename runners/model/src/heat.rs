@@ -429,7 +429,8 @@ pub trait RadiativeExchange {
         if quantity != GlobalQuantity::U {
             return heat_of_asked(self, quantity, place, u);
         }
-        let in_air = self.is_in_air(region).then(|| self.temperature(u));
+        let is_warm = |_: &Estimate| self.carried().is_heat();
+        let in_air = self.is_in_air(region).then(|| temperature_of(u));
         let through = || Some(self.through_radiosity(region)?.irradiance_of(u));
         let irradiance = irradiance.or_else(through);
         Heat {
@@ -438,7 +439,7 @@ pub trait RadiativeExchange {
             is_flux_given: self.carried().is_heat() && self.is_reflecting(region),
             temperature: self.surface_temperature(region, u),
             hidden_by_flux: hidden_by_flux(&self.elements(region)),
-            radiant_temperature: in_air.flatten(),
+            radiant_temperature: in_air.flatten().filter(is_warm),
         }
     }
 
@@ -450,10 +451,8 @@ pub trait RadiativeExchange {
 
     /// The temperature in kelvin of surfaces from which the net flux q is given: εσT⁴ = u − (1 − ε)H = εu + (1 − ε)q.
     fn surface_temperature(&self, region: &Region, u: Estimate) -> Option<Estimate> {
-        self.temperature(Estimate {
-            estimate: u.estimate + self.hidden(region)?,
-            ..u
-        })
+        let estimate = u.estimate + self.hidden(region)?;
+        temperature_of(Estimate { estimate, ..u }).filter(|_| self.carried().is_heat())
     }
 
     /// By how much the σT⁴ of surfaces from which the net flux q is given is above u, q (1 − ε)/ε; `None` if their temperature does not follow
@@ -465,12 +464,6 @@ pub trait RadiativeExchange {
             (true, true) => Some(0.0),
             (true, false) => Some(q * hidden_by_flux(&self.elements(region))?),
         }
-    }
-
-    /// The temperature in kelvin whose σT⁴ is this mean radiosity, if there are temperatures: in view, the mean radiant
-    /// temperature.
-    fn temperature(&self, u: Estimate) -> Option<Estimate> {
-        temperature_of(u).filter(|_| self.carried().is_heat())
     }
 
     /// The net flux out of this length or area of a region.
