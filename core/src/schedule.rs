@@ -4,7 +4,7 @@
 use core::fmt;
 use core::ops::Range;
 
-use crate::{Statistics, Tail};
+use crate::{Real, Statistics, Tail};
 
 /// The standard error at which a goal is reached.
 ///
@@ -20,6 +20,13 @@ pub enum Tolerance {
     Absolute(f64),
     /// A standard error relative to the magnitude of the estimate.
     Relative(f64),
+    /// A standard error of the fourth root of the estimate, which is that of a temperature where walks estimate σT⁴.
+    FourthRoot {
+        /// The standard error of the root.
+        bound: f64,
+        /// The unit of the estimate: the root is that of so many of them.
+        unit: f64,
+    },
 }
 
 /// The fewest batches whose error bar is believed.
@@ -39,21 +46,38 @@ impl Tolerance {
     #[must_use]
     pub const fn bound(&self) -> f64 {
         match *self {
-            Self::Absolute(bound) | Self::Relative(bound) => bound,
+            Self::Absolute(bound) | Self::Relative(bound) | Self::FourthRoot { bound, .. } => bound,
         }
     }
 
     /// The standard error that is asked for, in the units of the estimate.
     #[must_use]
     pub fn error(&self, statistics: &Statistics) -> f64 {
-        self.error_of(statistics.preconditioned().estimate)
+        self.error_at(statistics.preconditioned().estimate)
     }
 
+    /// The standard error that is asked for of an estimate of this size, in its units.
+    ///
+    /// The error of a root T = (x/unit)^¼ is ΔT, and so that of x is ΔT dx/dT = 4 x ΔT/T; there is none where x is not above 0.
+    ///
+    /// ```
+    /// use fredholm_core::Tolerance;
+    ///
+    /// assert_eq!(Tolerance::Relative(0.01).error_at(-50.0), 0.5);
+    /// // x = 3 · 2⁴, and 0.1 of the root: 4 · 48 · 0.1/2.
+    /// let of_root = Tolerance::FourthRoot { bound: 0.1, unit: 3.0 };
+    /// assert!((of_root.error_at(48.0) - 9.6).abs() < 1e-12);
+    /// ```
+    #[must_use]
     #[inline]
-    fn error_of(&self, estimate: f64) -> f64 {
+    pub fn error_at(&self, estimate: f64) -> f64 {
         match *self {
             Self::Absolute(bound) => bound,
             Self::Relative(bound) => bound * estimate.abs(),
+            Self::FourthRoot { bound, unit } if estimate > 0.0 => {
+                4.0 * bound * estimate / Real::sqrt(Real::sqrt(estimate / unit))
+            }
+            Self::FourthRoot { .. } => 0.0,
         }
     }
 
@@ -68,7 +92,7 @@ impl Tolerance {
         batches >= fewest
             && statistics.scored() >= MIN_SCORED_WALKS
             && (statistics.preconditioned_error())
-                .is_some_and(|error| error <= self.error_of(statistics.preconditioned_mean()))
+                .is_some_and(|error| error <= self.error_at(statistics.preconditioned_mean()))
     }
 }
 

@@ -215,9 +215,10 @@ fn leaving(scene: &Scene, around: &[Spoke], middle: Vector<f64>) -> SceneError {
         from,
         direction,
         gap: None,
+        to: None,
     });
-    let gap = match around {
-        [alone] => gap(scene, alone, middle),
+    let nearest = match around {
+        [alone] => nearest(scene, alone, middle),
         _ => None,
     };
     match found {
@@ -230,14 +231,15 @@ fn leaving(scene: &Scene, around: &[Spoke], middle: Vector<f64>) -> SceneError {
             at,
             from,
             direction,
-            gap,
+            gap: nearest.map(|(gap, _)| gap),
+            to: nearest.map(|(_, face)| scene.place_of(face)),
         },
         other => other,
     }
 }
 
-/// The distance from the middle of an edge that one face has alone to the nearest face that has no vertex of it.
-fn gap(scene: &Scene, spoke: &Spoke, middle: Vector<f64>) -> Option<f64> {
+/// The distance from the middle of an edge that one face has alone to the nearest face that has no vertex of it, and that face.
+fn nearest(scene: &Scene, spoke: &Spoke, middle: Vector<f64>) -> Option<(f64, u32)> {
     let around = scene.outlines.of(spoke.face as usize);
     let others = scene.faces.iter().enumerate().filter(|(number, _)| {
         let mut own = scene.outlines.of(*number).iter();
@@ -258,8 +260,8 @@ fn gap(scene: &Scene, spoke: &Spoke, middle: Vector<f64>) -> Option<f64> {
             .map(to_edge)
             .fold(f64::INFINITY, |least: f64, d| least.min(d))
     };
-    let distances = others.map(|(_, face)| distance(face));
-    distances.min_by(f64::total_cmp)
+    let distances = others.map(|(number, face)| (distance(face), number as u32));
+    distances.min_by(|a, b| a.0.total_cmp(&b.0))
 }
 
 /// The error, if this ray from a face leaves or meets a back.
@@ -281,6 +283,7 @@ fn leaves(
         from,
         direction,
         gap: None,
+        to: None,
     })
 }
 
@@ -350,6 +353,7 @@ fn check_shells(scene: &Scene, shells: &mut Forest) -> Result<(), SceneError> {
                     from,
                     direction,
                     gap: None,
+                    to: None,
                 });
             }
         }

@@ -110,6 +110,8 @@ pub enum SceneError {
         /// The distance from the middle of an edge that no other polygon has to the nearest polygon beside its own and the neighbours of
         /// that, in the scene's unit of length.
         gap: Option<f64>,
+        /// The polygon at that distance.
+        to: Option<Place>,
     },
     /// More than 2³² − 2 polygons or vertices.
     TooMany,
@@ -150,6 +152,25 @@ pub enum SceneError {
         /// The length that was given.
         found: usize,
     },
+}
+
+impl SceneError {
+    /// The error of a scene that stands so far from where it was given.
+    #[cfg(feature = "alloc")]
+    pub(crate) fn moved(mut self, shift: [f64; 3]) -> Self {
+        match &mut self {
+            Self::Crossing { at: point, .. }
+            | Self::TJunction { vertex: point, .. }
+            | Self::Flipped { edge: point, .. }
+            | Self::Open { from: point, .. } => {
+                for (x, by) in point.iter_mut().zip(shift) {
+                    *x += by;
+                }
+            }
+            _ => {}
+        }
+        self
+    }
 }
 
 /// Three numbers as people write them.
@@ -261,6 +282,7 @@ impl fmt::Display for SceneError {
                 from,
                 direction,
                 gap,
+                to,
             } => {
                 write!(
                     f,
@@ -271,6 +293,9 @@ impl fmt::Display for SceneError {
                 )?;
                 if let Some(gap) = gap {
                     write!(f, " of {gap:.3e}")?;
+                }
+                if let Some(to) = to {
+                    write!(f, " to {to}")?;
                 }
                 f.write_str(
                     ", turn polygons whose vertices are not counter-clockwise seen from the active side, or declare the \

@@ -76,6 +76,8 @@ pub struct Scene {
     /// What is as near to a plane as this is in it.
     pub(crate) flat: f64,
     covered: Vec<Covered>,
+    /// What was taken from all coordinates.
+    shift: Vector<f64>,
 }
 
 /// The numbers of the vertices around every face.
@@ -125,6 +127,40 @@ impl Scale {
     fn flat(&self) -> f64 {
         COMPUTED * self.epsilon * self.width + 2.0 * self.precision.distance
     }
+}
+
+/// The part of the scene's smallest distance by which rounding may move a vertex: where coordinates are larger the scene is moved.
+const MOVED: f64 = 0.0625;
+
+/// What is taken from all coordinates before they are rounded to the walk's scalar, where that would move vertices by a part of the smallest
+/// distance that matters: about the middle of the scene. Double precision keeps what it is given.
+fn shift_of<F: Real>(surfaces: &[Surface<'_>]) -> Vector<f64> {
+    let polygons = surfaces.iter().flat_map(|own| own.polygons);
+    let points = polygons.flat_map(|own| own.points().iter().copied());
+    let [low, high] = hull(&points.collect::<Vec<_>>());
+    let width = (0..3).fold(0.0, |w: f64, k| Real::max(w, high[k] - low[k]));
+    let furthest = (0..3).fold(0.0, |m: f64, k| {
+        Real::max(m, Real::max(low[k].abs(), high[k].abs()))
+    });
+    let rounding = 0.5 * F::EPSILON.to_f64() * furthest;
+    let is_far = rounding > MOVED * limits::<F>().smallest * width;
+    let is_single = F::EPSILON.to_f64() > f64::EPSILON;
+    let is_moved = is_single && is_far && width > 0.0 && width < f64::INFINITY;
+    if !is_moved {
+        return [0.0; 3];
+    }
+    // A power of ten that is no larger than the scene: people read what is a whole number of these.
+    let mut step = 1.0;
+    while step > width {
+        step /= 10.0;
+    }
+    while 10.0 * step <= width {
+        step *= 10.0;
+    }
+    from_fn(|k| {
+        let middle = 0.5 * (low[k] + high[k]);
+        middle - middle % step
+    })
 }
 
 /// The polygons of all surfaces, with the coordinates of the walk's scalar.
@@ -184,7 +220,19 @@ impl Scene {
         enclosure: Enclosure,
         distance: f64,
     ) -> Result<Self, SceneError> {
-        let raw = read::<F>(surfaces)?;
+        let shift = shift_of::<F>(surfaces);
+        let own = Self::moved::<F>(surfaces, enclosure, distance, shift);
+        own.map_err(|error| error.moved(shift))
+    }
+
+    /// A scene whose coordinates are those that are given less a shift.
+    fn moved<F: Real>(
+        surfaces: &[Surface<'_>],
+        enclosure: Enclosure,
+        distance: f64,
+        shift: Vector<f64>,
+    ) -> Result<Self, SceneError> {
+        let raw = read::<F>(surfaces, shift)?;
         let [low, high] = hull(&raw.points);
         let width = (0..3).fold(0.0, |w: f64, k| Real::max(w, high[k] - low[k]));
         // Written so that NaN fails.
@@ -202,7 +250,8 @@ impl Scene {
                 ..of_input
             },
         };
-        Self::assemble(raw, enclosure, scale)
+        let own = Self::assemble(raw, enclosure, scale)?;
+        Ok(Self { shift, ..own })
     }
 
     /// Joins, cuts what touches, and checks.
@@ -226,7 +275,8 @@ impl Scene {
             // What is wrong with what was given is easier to find.
             (Err(error), Enclosure::Open) => Err(survey.fault.unwrap_or(error)),
             (Err(error), Enclosure::Closed) => match scene.checked(survey.fault) {
-                Ok(_) => Err(error),
+                // What overlaps was cut, and a gap is left.
+                Ok(_) | Err(SceneError::Overlap { .. }) => Err(error),
                 Err(own) => Err(own),
             },
         }
@@ -263,6 +313,7 @@ impl Scene {
             precision: scale.precision,
             flat: scale.flat(),
             covered: Vec::new(),
+            shift: [0.0; 3],
         };
         scene.outlines = join::plain_outlines(&scene.faces);
         scene.index(near);
@@ -350,7 +401,42 @@ impl Scene {
         Ok(faces.iter().map(|face| face.area).sum())
     }
 
-    /// The scene with light that no surface emits.
+    /// What was taken from all coordinates, 0 but where single precision would have moved vertices: then the scene stands near the origin, with
+    /// all that [`moved_in`](Self::moved_in) takes there.
+    ///
+    /// ```
+    /// use fredholm_scene::{Enclosure, Scene, SceneError, shapes};
+    ///
+    /// let far = shapes::room([5e6, 0.0, 0.0], [5e6 + 10.0, 10.0, 10.0]);
+    /// let [single, double] = [
+    ///     Scene::new::<f32>(&far.surfaces(), Enclosure::Closed)?,
+    ///     Scene::new::<f64>(&far.surfaces(), Enclosure::Closed)?,
+    /// ];
+    /// assert_eq!((single.shift(), double.shift()), ([5e6, 0.0, 0.0], [0.0; 3]));
+    /// assert_eq!(single.moved_in([5e6 + 4.0, 5.0, 5.0]), [4.0, 5.0, 5.0]);
+    /// assert_eq!(single.moved_out([4.0, 5.0, 5.0]), [5e6 + 4.0, 5.0, 5.0]);
+    /// # Ok::<(), SceneError>(())
+    /// ```
+    #[must_use]
+    pub const fn shift(&self) -> Vector<f64> {
+        self.shift
+    }
+
+    /// A point as it was given where the scene has it.
+    #[must_use]
+    pub fn moved_in(&self, point: Vector<f64>) -> Vector<f64> {
+        sub(point, self.shift)
+    }
+
+    /// A point of the scene where it was given.
+    #[must_use]
+    pub fn moved_out(&self, point: Vector<f64>) -> Vector<f64> {
+        // −0 stays.
+        let out = |x: f64, by: f64| if by == 0.0 { x } else { x + by };
+        from_fn(|k| out(point[k], self.shift[k]))
+    }
+
+    /// The scene with light that no surface emits, where that was given.
     ///
     /// # Errors
     /// [`SceneError::Beam`].
@@ -364,7 +450,12 @@ impl Scene {
     /// assert_eq!(scene.with_beams(vec![lamp(-2.0)]).unwrap_err(), SceneError::Beam { beam: 0 });
     /// # Ok::<(), SceneError>(())
     /// ```
-    pub fn with_beams(self, beams: Vec<Beam<f64>>) -> Result<Self, SceneError> {
+    pub fn with_beams(self, mut beams: Vec<Beam<f64>>) -> Result<Self, SceneError> {
+        for beam in &mut beams {
+            if let Beam::Point { at, .. } = beam {
+                *at = self.moved_in(*at);
+            }
+        }
         let is_wrong = |beam: &Beam<f64>| beam.rounded::<f64>().is_none();
         match beams.iter().position(is_wrong) {
             Some(beam) => Err(SceneError::Beam { beam }),
@@ -623,7 +714,7 @@ fn face(
 }
 
 /// All polygons, if their numbers are numbers.
-fn read<F: Real>(surfaces: &[Surface<'_>]) -> Result<Raw, SceneError> {
+fn read<F: Real>(surfaces: &[Surface<'_>], shift: Vector<f64>) -> Result<Raw, SceneError> {
     if surfaces.is_empty() {
         return Err(SceneError::Empty);
     }
@@ -659,7 +750,7 @@ fn read<F: Real>(surfaces: &[Surface<'_>]) -> Result<Raw, SceneError> {
                 if !point.iter().all(|x| x.abs() <= largest) {
                     return Err(SceneError::Coordinate(place));
                 }
-                raw.points.push(point.map(round));
+                raw.points.push(sub(*point, shift).map(round));
             }
             raw.counts.push(polygon.points().len() as u32);
             raw.places.push(place);

@@ -475,12 +475,8 @@ fn ascending(mut rows: Vec<Row>) -> Vec<Row> {
 /// Says what was left out, and how precise the coordinates are.
 fn tell(file: &SceneFile, scene: &Scene) {
     let names: Vec<String> = file.surfaces.iter().map(|s| s.name.clone()).collect();
-    for note in file
-        .remarks
-        .iter()
-        .cloned()
-        .chain(fredholm::scene::notes(&names, scene))
-    {
+    let own = file.remarks.iter().cloned().chain(file.in_millimetres());
+    for note in own.chain(fredholm::scene::notes(&names, scene)) {
         say(format_args!("note: {note}"));
     }
 }

@@ -2,9 +2,12 @@
 
 use core::fmt::{self, Debug};
 
+use fredholm::heat::tolerance_of;
 use fredholm::room::RoomModel;
 use fredholm::scene::SceneModel;
-use fredholm::{Ask, Error, GlobalQuantity, Model, Settings, Subject, Target, Tolerance};
+use fredholm::{
+    Ask, Error, GlobalQuantity, Goal, Model, Region, Settings, Subject, Target, Tolerance,
+};
 
 use crate::{InputError, Place, Placed, ProblemFile, What, kinds};
 
@@ -68,6 +71,7 @@ impl ProblemFile {
         self.check_asked(model.model(), &targets)?;
         let mut settings = self.settings().for_model(model.model());
         settings.uncertainties = self.uncertainties(model.model())?;
+        settings.tolerance = self.tolerance(settings.tolerance)?;
         let (cut, pairs) = (settings.discretisation(), settings.walk_options().pairs);
         let checked = model.model().check(&cut, pairs);
         checked.map_err(|error| self.explain(&error))?;
@@ -76,6 +80,22 @@ impl ProblemFile {
             targets,
             settings,
         })
+    }
+
+    /// The tolerance of walks of which this error is asked for: that of temperatures is in kelvin.
+    pub(crate) fn tolerance(
+        &self,
+        asked: Option<Tolerance>,
+    ) -> Result<Option<Tolerance>, InputError> {
+        let goal = |target: &crate::Target| {
+            let quantity = target
+                .ask
+                .as_ref()
+                .map_or(GlobalQuantity::U, |ask| ask.value);
+            Goal::new(&target.name.value, quantity.of(Region::Whole))
+        };
+        let goals: Vec<Goal> = self.targets.iter().map(goal).collect();
+        tolerance_of(asked, &goals).map_err(|error| self.explain(&error))
     }
 
     /// The model and the targets, for walks that were run already with these settings, whatever the file says of them.

@@ -89,6 +89,17 @@ impl InputError {
             rendered: message.to_string(),
         }
     }
+
+    /// The error with the name of the surface that it concerns, behind what is wrong.
+    pub(crate) fn of_surface(self, name: &str) -> Self {
+        let (message, shown) = match self.rendered.split_once('\n') {
+            Some((message, shown)) => (message, format!("\n{shown}")),
+            None => (&*self.rendered, String::new()),
+        };
+        Self {
+            rendered: format!("{message} (surface {name:?}){shown}"),
+        }
+    }
 }
 
 impl Display for InputError {

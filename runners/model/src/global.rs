@@ -204,6 +204,9 @@ pub enum GlobalQuantity {
     /// The net flux out of walls, in rooms and scenes: at a point in the unit of u, over a part in all. NaN where u does not tell
     /// it.
     NetFlux,
+    /// The temperature, in rooms and scenes with temperatures, in kelvin: of surfaces from which the net flux is given, and the mean radiant
+    /// temperature of what is between them. Walks estimate σT⁴.
+    Temperature,
 }
 
 impl GlobalQuantity {
@@ -214,6 +217,7 @@ impl GlobalQuantity {
             Self::U => region,
             Self::Irradiance => Region::Irradiance(Box::new(region)),
             Self::NetFlux => Region::NetFlux(Box::new(region)),
+            Self::Temperature => Region::Temperature(Box::new(region)),
         }
     }
 }
@@ -234,6 +238,11 @@ impl Choices for GlobalQuantity {
             value: Self::NetFlux,
             word: "net_flux",
             help: "What surfaces with temperatures lose, per area",
+        },
+        Choice {
+            value: Self::Temperature,
+            word: "temperature",
+            help: "In kelvin: that of surfaces whose net flux is given, and the mean radiant temperature between surfaces",
         },
     ];
 }

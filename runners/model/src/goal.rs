@@ -49,6 +49,8 @@ pub enum Region {
     Irradiance(Box<Self>),
     /// The net flux out of another region of surfaces with temperatures, in W/m²; of several surfaces the mean by area.
     NetFlux(Box<Self>),
+    /// The temperature of another region, in kelvin: surfaces with a given net flux, a point between surfaces, or what faces in a direction there.
+    Temperature(Box<Self>),
 }
 
 impl Region {
@@ -66,6 +68,7 @@ impl Region {
         match self {
             Self::Irradiance(of) => (GlobalQuantity::Irradiance, of),
             Self::NetFlux(of) => (GlobalQuantity::NetFlux, of),
+            Self::Temperature(of) => (GlobalQuantity::Temperature, of),
             of => (GlobalQuantity::U, of),
         }
     }

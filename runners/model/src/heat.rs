@@ -1,11 +1,11 @@
 //! Irradiances, net fluxes and temperatures: what light and heat between surfaces say besides u.
 
-use fredholm_core::{Estimate, Statistics};
+use fredholm_core::{Estimate, Statistics, Tolerance};
 use fredholm_room::Material;
 pub use fredholm_room::STEFAN_BOLTZMANN;
 
 use crate::channels::Colours;
-use crate::{Derived, Error, Flux, GlobalQuantity, Goal, Heat, Region};
+use crate::{Derived, Error, Flux, GlobalQuantity, Goal, Heat, Region, Subject};
 
 /// The second radiation constant hc/k in µm K, exact since the SI of 2019 (CODATA 2018).
 const SECOND_RADIATION: f64 = 14_387.768_775;
@@ -94,6 +94,75 @@ fn hidden_by_flux(all: &[Element]) -> Option<f64> {
     Some(1.0 / common(all.iter().map(|own| own.emissivity))?? - 1.0)
 }
 
+/// The temperature in kelvin of which σT⁴ is estimated, with the error bar of the delta method, ΔT = T Δx/4x; `None` where that is not
+/// above 0.
+///
+/// T bends over x = σT⁴, so that the mean of T is too low by 3 ΔT²/2T: by a tenth of the error bar where that is a fifteenth of T.
+///
+/// ```
+/// use fredholm_core::Estimate;
+/// use fredholm_model::heat::{STEFAN_BOLTZMANN, temperature_of};
+///
+/// let x = STEFAN_BOLTZMANN * 300_f64.powi(4);
+/// let found = temperature_of(Estimate { estimate: x, std_error: Some(0.01 * x), std_dev: None }).unwrap();
+/// assert!((found.estimate - 300.0).abs() < 1e-9);
+/// assert!((found.std_error.unwrap() - 0.75).abs() < 1e-9);
+/// ```
+#[must_use]
+pub fn temperature_of(x: Estimate) -> Option<Estimate> {
+    let mean = Some(x.estimate).filter(|&mean| mean > 0.0)?;
+    let temperature = (mean / STEFAN_BOLTZMANN).powf(0.25);
+    Some(x.derived(temperature, |error| 0.25 * temperature / mean * error))
+}
+
+/// The tolerance of walks for σT⁴ that leaves this standard error in kelvin.
+#[must_use]
+pub const fn in_kelvin(bound: f64) -> Tolerance {
+    Tolerance::FourthRoot {
+        bound,
+        unit: STEFAN_BOLTZMANN,
+    }
+}
+
+/// The tolerance of the walks of goals of which this error is asked for: of temperatures it is in kelvin, and that of σT⁴ follows.
+///
+/// ```
+/// use fredholm_core::Tolerance;
+/// use fredholm_model::heat::tolerance_of;
+/// use fredholm_model::{GlobalQuantity, Goal, Region};
+///
+/// let air = Region::Point(vec![1.0, 1.0]);
+/// let [u, t] = [GlobalQuantity::U, GlobalQuantity::Temperature].map(|of| Goal::new("air", of.of(air.clone())));
+/// let asked = Some(Tolerance::Absolute(0.1));
+/// assert!(matches!(tolerance_of(asked, &[t.clone()]), Ok(Some(Tolerance::FourthRoot { bound: 0.1, .. }))));
+/// assert!(tolerance_of(asked, &[t, u]).is_err());
+/// ```
+///
+/// # Errors
+/// [`Error::Option`]: some goals ask for temperatures and others do not, or the error is relative.
+pub fn tolerance_of(asked: Option<Tolerance>, goals: &[Goal]) -> Result<Option<Tolerance>, Error> {
+    let is_temperature = |goal: &Goal| goal.region.asked().0 == GlobalQuantity::Temperature;
+    let refuse = |message: &str| {
+        Err(Error::Option {
+            subject: Subject::Tolerance,
+            message: message.to_owned(),
+        })
+    };
+    match asked {
+        Some(asked) if goals.iter().any(is_temperature) => match asked {
+            Tolerance::Relative(_) => {
+                refuse("the error of a temperature is one in kelvin: leave `relative` out")
+            }
+            _ if !goals.iter().all(is_temperature) => refuse(
+                "some targets ask for a temperature, whose error is in kelvin, and others do not: let all ask for temperatures, give                  `walks` in its place, or solve twice",
+            ),
+            Tolerance::Absolute(bound) => Ok(Some(in_kelvin(bound))),
+            own @ Tolerance::FourthRoot { .. } => Ok(Some(own)),
+        },
+        asked => Ok(asked),
+    }
+}
+
 /// How walks tell what a region asks for: a number times what they estimate, and another number.
 ///
 /// ```
@@ -140,7 +209,7 @@ impl Asked {
         through: Option<Material>,
     ) -> Self {
         match (quantity, through, material) {
-            (GlobalQuantity::U, ..) => Self::U,
+            (GlobalQuantity::U | GlobalQuantity::Temperature, ..) => Self::U,
             (GlobalQuantity::Irradiance, Some(own), _) => Self {
                 factor: 1.0 / own.reflectance,
                 constant: -own.emission / own.reflectance,
@@ -360,7 +429,8 @@ pub trait RadiativeExchange {
         if quantity != GlobalQuantity::U {
             return heat_of_asked(self, quantity, place, u);
         }
-        let in_air = self.is_in_air(region).then(|| self.temperature(u));
+        let is_warm = |_: &Estimate| self.carried().is_heat();
+        let in_air = self.is_in_air(region).then(|| temperature_of(u));
         let through = || Some(self.through_radiosity(region)?.irradiance_of(u));
         let irradiance = irradiance.or_else(through);
         Heat {
@@ -369,7 +439,7 @@ pub trait RadiativeExchange {
             is_flux_given: self.carried().is_heat() && self.is_reflecting(region),
             temperature: self.surface_temperature(region, u),
             hidden_by_flux: hidden_by_flux(&self.elements(region)),
-            radiant_temperature: in_air.flatten(),
+            radiant_temperature: in_air.flatten().filter(is_warm),
         }
     }
 
@@ -381,26 +451,19 @@ pub trait RadiativeExchange {
 
     /// The temperature in kelvin of surfaces from which the net flux q is given: εσT⁴ = u − (1 − ε)H = εu + (1 − ε)q.
     fn surface_temperature(&self, region: &Region, u: Estimate) -> Option<Estimate> {
-        let q = self.material(region)?.emission;
-        if !self.is_reflecting(region) {
-            return None;
-        }
-        let hidden = match q == 0.0 {
-            true => 0.0,
-            false => q * hidden_by_flux(&self.elements(region))?,
-        };
-        self.temperature(Estimate {
-            estimate: u.estimate + hidden,
-            ..u
-        })
+        let estimate = u.estimate + self.hidden(region)?;
+        temperature_of(Estimate { estimate, ..u }).filter(|_| self.carried().is_heat())
     }
 
-    /// The temperature in kelvin whose σT⁴ is this mean radiosity, if there are temperatures: in view, the mean radiant
-    /// temperature.
-    fn temperature(&self, u: Estimate) -> Option<Estimate> {
-        let mean = Some(u.estimate).filter(|&mean| self.carried().is_heat() && mean > 0.0)?;
-        let temperature = (mean / STEFAN_BOLTZMANN).powf(0.25);
-        Some(u.derived(temperature, |x| 0.25 * temperature / mean * x))
+    /// By how much the σT⁴ of surfaces from which the net flux q is given is above u, q (1 − ε)/ε; `None` if their temperature does not follow
+    /// from u.
+    fn hidden(&self, region: &Region) -> Option<f64> {
+        let q = self.material(region)?.emission;
+        match (self.is_reflecting(region), q == 0.0) {
+            (false, _) => None,
+            (true, true) => Some(0.0),
+            (true, false) => Some(q * hidden_by_flux(&self.elements(region))?),
+        }
     }
 
     /// The net flux out of this length or area of a region.
@@ -420,6 +483,12 @@ pub trait RadiativeExchange {
 #[must_use]
 pub fn asked(surfaces: &dyn RadiativeExchange, region: &Region, is_alone: bool) -> Asked {
     let (quantity, place) = region.asked();
+    if quantity == GlobalQuantity::Temperature {
+        return Asked {
+            constant: surfaces.hidden(place).unwrap_or(0.0),
+            ..Asked::U
+        };
+    }
     let through = surfaces.through_radiosity(place).filter(|_| !is_alone);
     Asked::new(quantity, surfaces.material(place), through)
 }
@@ -438,6 +507,10 @@ pub fn check_asked(
     let message = match quantity {
         GlobalQuantity::U => return Ok(()),
         _ if place.asked().0 != GlobalQuantity::U => "one quantity is asked for at a time",
+        GlobalQuantity::Temperature => match no_temperature(surfaces, place, has_channels) {
+            Some(message) => message,
+            None => return Ok(()),
+        },
         GlobalQuantity::Irradiance if matches!(place, Region::Facing { .. }) => return Ok(()),
         _ if surfaces.is_in_air(place) => {
             "no light falls on a point between the surfaces, and nothing leaves it: give a point of a surface, \
@@ -459,7 +532,37 @@ pub fn check_asked(
     })
 }
 
-/// What follows from an irradiance or a net flux of a region.
+/// Why a place has no temperature that walks tell, if it has none.
+fn no_temperature(
+    surfaces: &dyn RadiativeExchange,
+    place: &Region,
+    has_channels: bool,
+) -> Option<&'static str> {
+    let elements = surfaces.elements(place);
+    if has_channels {
+        Some("temperatures follow from u of all bands: leave `ask` out")
+    } else if !surfaces.carried().is_heat() {
+        Some(
+            "a temperature is one of heat: give surfaces an `emissivity` and a `temperature`, or leave `ask` out",
+        )
+    } else if surfaces.is_in_air(place) {
+        None
+    } else if elements.iter().any(|own| own.material.reflectance < 1.0) {
+        Some(
+            "the temperature is given there: ask for that of surfaces from which the `net_flux` is given, or of a point between surfaces",
+        )
+    } else if surfaces.material(place).is_none() {
+        Some("these surfaces have several materials: ask for the temperature of each")
+    } else if surfaces.hidden(place).is_none() {
+        Some(
+            "the temperature follows from the `net_flux` and the `emissivity`: give that, the same all over",
+        )
+    } else {
+        None
+    }
+}
+
+/// What follows from another quantity of a region than u.
 fn heat_of_asked(
     surfaces: &(impl RadiativeExchange + ?Sized),
     quantity: GlobalQuantity,
@@ -468,6 +571,17 @@ fn heat_of_asked(
 ) -> Heat {
     let material = surfaces.material(place);
     let irradiance = match (quantity, material) {
+        (GlobalQuantity::Temperature, _) => {
+            let u = found.estimate - surfaces.hidden(place).unwrap_or(0.0);
+            return surfaces.heat_of(
+                place,
+                Estimate {
+                    estimate: u,
+                    ..found
+                },
+                None,
+            );
+        }
         (GlobalQuantity::NetFlux, Some(own)) if own.reflectance < 1.0 => {
             let absorbed = 1.0 - own.reflectance;
             let arriving = (own.emission - found.estimate) / absorbed;
@@ -507,7 +621,7 @@ pub fn certain(
         let material = surfaces.material(place);
         let is_known = |own: Material| match quantity {
             GlobalQuantity::U => own.reflectance == 0.0,
-            GlobalQuantity::Irradiance => false,
+            GlobalQuantity::Irradiance | GlobalQuantity::Temperature => false,
             GlobalQuantity::NetFlux => own.reflectance >= 1.0,
         };
         let is_dark = |colours: &Colours| goal.channel.is_some_and(|own| colours.is_dark(own));

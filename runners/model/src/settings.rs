@@ -188,8 +188,7 @@ impl Settings {
         if let Some(lift) = self.lifted() {
             self.check_lift(lift)?;
         }
-        let (Some(Tolerance::Absolute(error)) | Some(Tolerance::Relative(error))) = self.tolerance
-        else {
+        let Some(error) = self.tolerance.as_ref().map(Tolerance::bound) else {
             return Ok(());
         };
         if error > 0.0 && error.is_finite() {

@@ -5,6 +5,7 @@ use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::Choices;
+use crate::heat::in_kelvin;
 
 /// An option with a few values, by its word.
 pub(crate) mod choice {
@@ -49,13 +50,14 @@ pub(crate) mod open_choice {
 
 /// A tolerance, absolute or relative.
 pub(crate) mod tolerance {
-    use super::{Deserialize, Deserializer, Serialize, Serializer, Tolerance};
+    use super::{Deserialize, Deserializer, Serialize, Serializer, Tolerance, in_kelvin};
 
     #[derive(Serialize, Deserialize)]
     #[serde(rename_all = "lowercase")]
     enum Written {
         Absolute(f64),
         Relative(f64),
+        Kelvin(f64),
     }
 
     pub(crate) fn serialize<S: Serializer>(
@@ -65,6 +67,7 @@ pub(crate) mod tolerance {
         let written = value.map(|tolerance| match tolerance {
             Tolerance::Absolute(error) => Written::Absolute(error),
             Tolerance::Relative(error) => Written::Relative(error),
+            Tolerance::FourthRoot { bound, .. } => Written::Kelvin(bound),
         });
         written.serialize(to)
     }
@@ -76,6 +79,7 @@ pub(crate) mod tolerance {
         Ok(written.map(|written| match written {
             Written::Absolute(error) => Tolerance::Absolute(error),
             Written::Relative(error) => Tolerance::Relative(error),
+            Written::Kelvin(error) => in_kelvin(error),
         }))
     }
 }

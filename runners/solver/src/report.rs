@@ -29,6 +29,7 @@ use crate::choice::ChoiceReport;
 use crate::execute::CellCount;
 use crate::{Choices, GlobalQuantity, Goal, Method, Model, Region, Sensitivities, Settings};
 use fredholm_model::Heat;
+use fredholm_model::heat::temperature_of;
 use fredholm_model::numbers::with_decimals;
 
 /// The relative standard error of an error bar from which on a report says so: Student's t of 1/(2·UNCERTAIN²) = 8 degrees
@@ -139,7 +140,7 @@ pub(crate) fn is_zero<T: PartialEq + Default>(count: &T) -> bool {
 pub struct GoalReport {
     /// The goal's name; of several channels, the target's and that of the channel.
     pub name: String,
-    /// What is asked for, if it is not u: "irradiance" or "net_flux".
+    /// What is asked for, if it is not u: "irradiance", "net_flux" or "temperature".
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ask: Option<&'static str>,
     /// The name of the channel, or of the sum of all, if there are several.
@@ -368,6 +369,7 @@ impl Report {
         for (report, heat) in reports.iter_mut().zip(&answer.derived.heat) {
             report.add(heat, model, report.walks);
         }
+        reports.iter_mut().for_each(GoalReport::show_temperature);
         let sensitivities = Sensitivities::of_walks(run, &answer);
         // They may share the walks of the goals.
         let own = if model.shared() > goals.len() {
@@ -570,6 +572,44 @@ impl GoalReport {
         self.temperature = of(heat.temperature, Some("K"));
         self.hidden_by_flux = heat.hidden_by_flux;
         self.radiant_temperature = of(heat.radiant_temperature, Some("K"));
+    }
+
+    /// Puts the temperature in the place of σT⁴, where that is asked for.
+    pub(super) fn show_temperature(&mut self) {
+        if self.ask != Some(GlobalQuantity::Temperature.word()) {
+            return;
+        }
+        let of = |x: f64, std_error: Option<f64>, std_dev: Option<f64>| {
+            let estimate = x;
+            temperature_of(Estimate {
+                estimate,
+                std_error,
+                std_dev,
+            })
+        };
+        let alone = |x: f64| of(x, None, None).map(|own| own.estimate);
+        // In kelvin per unit of σT⁴.
+        let slope = of(self.value(), Some(1.0), None).and_then(|own| own.std_error);
+        let slope = slope.unwrap_or(f64::NAN);
+        for report in [&mut self.plain, &mut self.preconditioned] {
+            let own = report
+                .estimate
+                .and_then(|x| of(x, report.std_error, report.std_dev));
+            *report = EstimateReport {
+                estimate: own.map(|own| own.estimate),
+                std_error: own.and_then(|own| own.std_error),
+                std_dev: own.and_then(|own| own.std_dev),
+                unit: Some("K"),
+            };
+        }
+        self.exact = self.exact.and_then(alone);
+        self.galerkin = alone(self.galerkin).unwrap_or(f64::NAN);
+        self.iterate = self.iterate.and_then(alone);
+        self.band = self.band.map(|band| band * slope);
+        let own = self.preconditioned.estimate.zip(self.exact);
+        self.error = own.map(|(own, exact)| own - exact);
+        self.rounding_floor *= slope;
+        self.quadrature_error *= slope;
     }
 
     /// What there is of heat, and whether it is given.

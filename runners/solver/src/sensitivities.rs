@@ -8,7 +8,8 @@ use serde::Serialize;
 use crate::answer::Answer;
 use crate::report::Run;
 use crate::{
-    Ask, Budget, Error, Goal, Method, Report, SolveError, Solver, Subject, Target, Uncertainty,
+    Ask, Budget, Error, GlobalQuantity, Goal, Method, Report, SolveError, Solver, Subject, Target,
+    Uncertainty,
 };
 
 /// Rows in a table for people, about, and the most and the fewest of a target.
@@ -290,6 +291,13 @@ impl Solver<'_> {
                     }
                 };
                 return refused(what);
+            }
+            let goals = self.goals(&self.targets()?)?;
+            if goals
+                .iter()
+                .any(|own| own.region.asked().0 == GlobalQuantity::Temperature)
+            {
+                return refused("are those of u: leave `ask = \"temperature\"` out");
             }
             let by_walks = self.walks_tell_derivatives()?;
             if by_walks && settings.method == Some(Method::Resolvent) {

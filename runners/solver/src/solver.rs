@@ -22,6 +22,7 @@ use crate::sweep::{PLAIN_WALKS, Rates, Row, Sweep};
 use crate::systems::{SystemStore, Systems};
 use crate::{Error, Goal, Method, Model, Pairs, Partitioned, Region, Scalar, Settings, WeightFn};
 use fredholm_core::StopReason;
+use fredholm_model::heat::tolerance_of;
 use fredholm_model::memory::refuse_beyond_memory;
 use fredholm_model::{Ask, Target, goals};
 use fredholm_model::{Request, Wanted};
@@ -304,6 +305,9 @@ impl<'m> Solver<'m> {
             self.systems.check(&self.settings)?;
             let targets = self.targets()?;
             let goals = self.goals(&targets)?;
+            if let Some(of_temperatures) = self.of_temperatures(&goals)? {
+                return of_temperatures.solve_targets();
+            }
             let exact = goals.iter().map(|goal| self.model.exact_of(goal));
             let exact = exact.collect::<Result<Vec<_>, Error>>()?;
             if let Some(back) = asked_way_back(self.model, &self.settings, &goals)? {
@@ -343,6 +347,16 @@ impl<'m> Solver<'m> {
             walked.map_err(|error| resolvent::reason(error, refused))
         };
         self.explained(run())
+    }
+
+    /// The solver whose tolerance is that of walks for temperatures, if the error in kelvin of some is asked for.
+    fn of_temperatures(&self, goals: &[Goal]) -> Result<Option<Self>, Error> {
+        let tolerance = tolerance_of(self.settings.tolerance, goals)?;
+        Ok((tolerance != self.settings.tolerance).then(|| {
+            let mut own = self.clone();
+            own.settings.tolerance = tolerance;
+            own
+        }))
     }
 
     /// Solves by walks of the chain.
@@ -448,9 +462,11 @@ impl<'m> Solver<'m> {
             self.check()?;
             let targets = self.targets()?;
             let goals = self.goals(&targets)?;
-            let back = asked_way_back(self.model, &self.settings, &goals)?;
+            let of_temperatures = self.of_temperatures(&goals)?;
+            let settings = &of_temperatures.as_ref().unwrap_or(&self).settings;
+            let back = asked_way_back(self.model, settings, &goals)?;
             let model = back.as_deref().unwrap_or(self.model);
-            let chosen = choice::choose(model, &targets, &self.settings, self.watch)?;
+            let chosen = choice::choose(model, &targets, settings, self.watch)?;
             Ok(chosen.map(|chosen| (chosen.settings, chosen.report)))
         };
         self.explained(run())

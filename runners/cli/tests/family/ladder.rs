@@ -73,11 +73,7 @@ impl Rung {
     /// The number of walks of every target to a tolerance, in whole stages.
     fn walks(&self, tolerance: Tolerance) -> impl Iterator<Item = f64> {
         self.targets.iter().map(move |[std_dev, estimate]| {
-            let bound = match tolerance {
-                Tolerance::Absolute(bound) => bound,
-                Tolerance::Relative(bound) => bound * estimate.abs(),
-            };
-            in_stages((std_dev / bound).powi(2))
+            in_stages((std_dev / tolerance.error_at(*estimate)).powi(2))
         })
     }
 

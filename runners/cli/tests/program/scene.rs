@@ -2,7 +2,7 @@
 
 use crate::common;
 
-use common::{Folder, ended, refused};
+use common::{Folder, ended, fredholm, refused};
 
 /// A room with a screen in it, of these materials.
 fn room_with_screen(materials: [&str; 3]) -> String {
@@ -350,8 +350,7 @@ fn what_a_camera_sees() {
         ),
     ];
     for (more, words) in refused {
-        let ran =
-            common::fredholm(&[&["render", &file, "-o", &pictures[0]], more.as_slice()].concat());
+        let ran = fredholm(&[&["render", &file, "-o", &pictures[0]], more.as_slice()].concat());
         assert_ne!(ran.status, Some(0));
         assert!(ran.stderr.contains(words), "{}", ran.stderr);
     }
@@ -561,7 +560,7 @@ fn light_of_the_sky() {
         ("{ emission = 1, temperature = 2 }", "either the `emission`"),
     ] {
         let file = folder.file("wrong.toml", night(sky));
-        refused(&common::fredholm(&["solve", &file]), &[words]);
+        refused(&fredholm(&["solve", &file]), &[words]);
     }
 }
 
@@ -600,6 +599,42 @@ fn what_is_asked_for_in_place_of_u() {
     );
     let table = solve("ask = \"net_flux\"", &["--walks", "2000"]).stdout;
     assert!(table.contains("a: net flux, W/m2"), "{table}");
+    // In the middle between two black plates of the same size, open all round: by symmetry half of what comes from both plates.
+    let middle = text("ask = \"temperature\"").replace("over = \"a\"", "at = [0.5, 0.5, 0.5]");
+    let ran = folder.solve(&middle, &["--json", "--target-error", "0.2"]);
+    assert_eq!(ran.status, Some(0), "{ran:?}");
+    let own = &ran.json()["targets"][0];
+    let number = |key: &str| own["preconditioned"][key].as_f64().unwrap();
+    // Each plate is one of six sides of a cube.
+    let exact = ((300_f64.powi(4) + 400_f64.powi(4)) / 6.0).powf(0.25);
+    assert!(number("std_error") <= 0.2 && own["preconditioned"]["unit"] == "K");
+    assert!(
+        (number("estimate") - exact).abs() < 5.0 * number("std_error"),
+        "{own}"
+    );
+    assert_eq!(
+        own["radiant_temperature"]["estimate"],
+        own["preconditioned"]["estimate"]
+    );
+    let table = folder.solve(&middle, &["--walks", "2000"]).stdout;
+    assert!(table.contains("a: temperature, K"), "{table}");
+    // So are the errors of parts that are merged.
+    let (file, part) = (folder.file("part.toml", &middle), folder.at("part"));
+    let cut = ["--walks", "100000", "--cells", "60", "--part", "1/1"];
+    let walked = fredholm(&[&["solve", &*file, "--save", &part], &cut[..]].concat());
+    assert_eq!(walked.status, Some(0), "{walked:?}");
+    let merged = |error: &str| fredholm(&["merge", &part, "--target-error", error]).status;
+    assert_eq!([merged("0.5"), merged("0.01")], [Some(0), Some(3)]);
+    let both =
+        format!("{middle}\n[[target]]\nname = \"b\"\nover = \"b\"\n[walk]\ntarget_error = 1\n");
+    refused(
+        &folder.solve(&both, &[]),
+        &["problem.toml:21:16", "whose error is in kelvin"],
+    );
+    refused(
+        &solve("ask = \"temperature\"", &[]),
+        &["problem.toml:15:7", "the temperature is given there"],
+    );
     refused(
         &solve("ask = \"brightness\"", &[]),
         &["problem.toml:15:7", "brightness"],
@@ -614,4 +649,104 @@ fn what_is_asked_for_in_place_of_u() {
         &folder.solve(cube, &[]),
         &["problem.toml:9:7", "belongs to rooms and scenes"],
     );
+}
+
+/// Single precision has steps of half a metre there. What is moved by whole numbers has the same coordinates as at the origin, and so the same bits.
+#[test]
+fn a_scene_far_away_has_the_bits_of_one_at_the_origin() {
+    let folder = Folder::new();
+    let scene = |[a, b, c]: [i64; 3]| {
+        format!(
+            "[problem]\nkind = \"scene\"\n[[problem.surface]]\nname = \"floor\"\nreflectance = 0.4\n\
+             polygon = [[{a}, {b}, {c}], [{x}, {b}, {c}], [{x}, {y}, {c}], [{a}, {y}, {c}]]\n\
+             [[problem.surface]]\nname = \"rest\"\nreflectance = 0.6\nemission = 1\npolygons = [\
+             [[{a}, {b}, {z}], [{a}, {y}, {z}], [{x}, {y}, {z}], [{x}, {b}, {z}]],\
+             [[{a}, {b}, {c}], [{a}, {b}, {z}], [{x}, {b}, {z}], [{x}, {b}, {c}]],\
+             [[{x}, {b}, {c}], [{x}, {b}, {z}], [{x}, {y}, {z}], [{x}, {y}, {c}]],\
+             [[{x}, {y}, {c}], [{x}, {y}, {z}], [{a}, {y}, {z}], [{a}, {y}, {c}]],\
+             [[{a}, {y}, {c}], [{a}, {y}, {z}], [{a}, {b}, {z}], [{a}, {b}, {c}]]]\n\
+             [[problem.light]]\nat = [{d}, {e}, {e2}]\nintensity = 9\n\
+             [walk]\nscalar = \"f32\"\n[[target]]\nname = \"point\"\nat = [{d}, {e}, {c}]\n\
+             [[target]]\nname = \"spot\"\nat = {{ surface = \"floor\", point = [{x}, {y}, {c}] }}\n\
+             [[target]]\nname = \"air\"\nat = [{d}, {e}, {f}]\n[[target]]\nname = \"meter\"\n\
+             at = {{ point = [{d}, {e}, {f}], facing = [0, 0, 1] }}\n[[target]]\nname = \"floor\"\nover = \"floor\"\n",
+            x = a + 10,
+            y = b + 10,
+            z = c + 10,
+            d = a + 3,
+            e = b + 2,
+            e2 = c + 7,
+            f = c + 4,
+        )
+    };
+    let far = [512_340, 5_403_210, 250];
+    let more = ["--json", "--cells", "24", "--walks", "3000"];
+    let [there, here] = [far, [0; 3]].map(|at| {
+        let ran = folder.solve(&scene(at), &more);
+        assert_eq!(ran.status, Some(0), "{ran:?}");
+        ran
+    });
+    let note = "walks are in the scene moved by (512340, 5403210, 250)";
+    assert!(
+        there.stderr.contains(note) && !here.stderr.contains("moved"),
+        "{there:?}"
+    );
+    let [own, near] = [&there, &here].map(|ran| ran.json()["targets"].as_array().unwrap().clone());
+    for (own, near) in own.iter().zip(&near) {
+        assert_eq!(own["preconditioned"], near["preconditioned"], "{own}");
+    }
+    assert_eq!(
+        (near.len(), own[2]["at"][1].as_f64()),
+        (5, Some(5_403_212.0))
+    );
+    // Double precision needs no other place.
+    let double = folder.solve(&scene(far).replace("f32", "f64"), &more);
+    assert!(!double.stderr.contains("moved by"), "{double:?}");
+    // Errors and cells are where the scene was given.
+    let over = |at| {
+        scene(at)
+            .split("[[target]]\nname = \"point\"")
+            .next()
+            .unwrap()
+            .to_owned()
+    };
+    let means = over(far) + "[[target]]\nname = \"all\"\nover = \"all\"\n";
+    let whole = folder.solve(
+        &means,
+        &["--global", "--json", "--cells", "24", "--walks", "3000"],
+    );
+    let mesh = &whole.json()["mesh"][0];
+    let corner = mesh["corners"][0].as_array().unwrap();
+    let corner: Vec<f64> = corner.iter().map(|x| x.as_f64().unwrap()).collect();
+    let is_near = |k: usize| (0.0..=10.0).contains(&(corner[k] - far[k] as f64));
+    assert!((0..3).all(is_near), "{mesh}");
+    let gap = scene(far).replacen(", [512340, 5403220, 250]]", ", [512340, 5403219, 250]]", 1);
+    refused(&folder.solve(&gap, &more), &["from (512350, 54032"]);
+}
+
+#[test]
+fn millimetres_are_a_question() {
+    let folder = Folder::new();
+    let room = |[x, y, z]: [f64; 3]| {
+        let text = format!(
+            "[problem]\nkind = \"scene\"\n[[problem.surface]]\nname = \"floor\"\npolygon = [[0, 0, 0], [{x}, 0, 0], [{x}, {y}, 0], [0, {y}, 0]]\n\
+             [[problem.surface]]\nname = \"rest\"\npolygons = [[[0, 0, {z}], [0, {y}, {z}], [{x}, {y}, {z}], [{x}, 0, {z}]],\
+             [[0, 0, 0], [0, 0, {z}], [{x}, 0, {z}], [{x}, 0, 0]], [[{x}, 0, 0], [{x}, 0, {z}], [{x}, {y}, {z}], [{x}, {y}, 0]],\
+             [[{x}, {y}, 0], [{x}, {y}, {z}], [0, {y}, {z}], [0, {y}, 0]], [[0, {y}, 0], [0, {y}, {z}], [0, 0, {z}], [0, 0, 0]]]\n"
+        );
+        folder.file("room.toml", text)
+    };
+    let asks = |sides: [f64; 3]| {
+        let file = room(sides);
+        let [factors, check] = ["factors", "check"].map(|command| fredholm(&[command, &file]));
+        let said = [&factors, &check].map(|ran| ran.stderr.contains("is this in millimetres?"));
+        assert_eq!(said[0], said[1], "{factors:?} {check:?}");
+        (said[0], factors.stdout)
+    };
+    // A room, one in millimetres, a town 300 m high, and a crater.
+    let (in_metres, table) = asks([4.0, 3.0, 2.5]);
+    let (in_millimetres, same) = asks([4000.0, 3000.0, 2500.0]);
+    assert!(!in_metres && in_millimetres);
+    assert_eq!(table, same);
+    assert!(!asks([5000.0, 4000.0, 300.0]).0 && !asks([9e5, 8e5, 4000.0]).0);
 }

@@ -235,6 +235,7 @@ impl Kind for Scene {
     fn remarks(&self, _: &ProblemFile) -> Vec<String> {
         let mut remarks = self.file.remarks.clone();
         remarks.extend(self.file.without_material());
+        remarks.extend(self.file.in_millimetres());
         remarks
     }
 

@@ -84,7 +84,12 @@ pub fn merge(paths: &[PathBuf], tolerance: Option<Tolerance>) -> Result<Merged, 
         let message = "no part has begun to walk: give their commands again";
         return Err(FileError::refused(first, message));
     };
-    let tolerance = tolerance.or(job.settings.tolerance);
+    let tolerance = match tolerance {
+        None => job.settings.tolerance,
+        asked => crate::read(&header.name, &header.text)
+            .and_then(|file| file.tolerance(asked))
+            .map_err(|error| FileError::refused(first, error))?,
+    };
     let mut options = RunOptions::new(job.walks());
     options.batch = job.settings.batch();
     options.tolerance = tolerance;

@@ -311,6 +311,16 @@ impl Reader<'_> {
     /// One `[[problem.surface]]`.
     fn surface(&mut self, mut section: Section<'_, '_>) -> Result<(), InputError> {
         let name = section.required("name")?.string()?;
+        let read = self.named(&name, section);
+        read.map_err(|error| error.of_surface(&name.value))
+    }
+
+    /// What is said of the surface of this name.
+    fn named(
+        &mut self,
+        name: &Placed<String>,
+        mut section: Section<'_, '_>,
+    ) -> Result<(), InputError> {
         let shapes: Vec<Field<'_, '_>> = ["polygon", "polygons", "box", "mesh"]
             .into_iter()
             .filter_map(|key| section.optional(key))
@@ -340,7 +350,7 @@ impl Reader<'_> {
             return Err(self.error(&name.place, UNPRINTABLE));
         }
         let shape = match shapes.as_slice() {
-            [] => return self.change(&name, material),
+            [] => return self.change(name, material),
             [shape] => shape,
             [_, second, ..] => {
                 return Err(second.error("give one of `polygon`, `polygons`, `box`, `mesh`"));

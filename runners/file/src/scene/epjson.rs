@@ -9,7 +9,7 @@ use std::collections::HashMap;
 use fredholm_scene::Material;
 use serde_json::{Map, Value};
 
-use super::{SceneFile, SceneSurface, nowhere};
+use super::{SceneFile, SceneSurface, nearest, nowhere};
 use crate::InputError;
 
 type Point = [f64; 3];
@@ -81,7 +81,12 @@ pub(super) fn read(
     let mut faces = Vec::new();
     let mut numbers: HashMap<String, usize> = HashMap::new();
     for (own, object) in SURFACES.iter().flat_map(|kind| model.of(kind)) {
-        let points = listed(object).ok_or_else(|| nowhere(name, format_args!("{own:?}: `vertices` must be a list of objects with `vertex_x_coordinate` and so on")))?;
+        let points = listed(object).map_err(|wrong| {
+            let message = format_args!(
+                "{own:?}: {wrong}: `vertices` must be a list of objects with the numbers `vertex_x_coordinate` and so on"
+            );
+            nowhere(name, message)
+        })?;
         let zone = word(object, "zone_name");
         let points = points.into_iter().map(|p| model.placed(p, zone.as_deref()));
         numbers.insert(own.to_lowercase(), faces.len());
@@ -94,21 +99,33 @@ pub(super) fn read(
     }
     for (own, object) in model.of(WINDOWS) {
         let base = word(object, "building_surface_name");
-        let Some(&base) = base.and_then(|base| numbers.get(&base)) else {
-            let message =
-                format_args!("{own:?}: its `building_surface_name` is that of no surface");
+        let Some(&base) = base.as_ref().and_then(|base| numbers.get(base)) else {
+            let known: Vec<&str> = faces.iter().map(|face| face.name).collect();
+            let near = base.as_ref().and_then(|base| nearest(base, &known));
+            let near = near.map_or(String::new(), |near| format!("; did you mean {near:?}?"));
+            let message = format_args!(
+                "{own:?}: its `building_surface_name`, {:?}, is that of no surface{near}",
+                base.unwrap_or_default()
+            );
             return Err(nowhere(name, message));
         };
         let zone = word(faces[base].object, "zone_name");
         let points = numbered(object)
             .into_iter()
             .map(|p| model.placed(p, zone.as_deref()));
-        let number = faces.len();
+        let (number, points) = (faces.len(), points.collect::<Vec<_>>());
+        if points.len() < 3 {
+            let message = format_args!(
+                "{own:?}: a window has at least three vertices, `vertex_1_x_coordinate` and so on, and this one has {}",
+                points.len()
+            );
+            return Err(nowhere(name, message));
+        }
         faces[base].holes.push(number);
         faces.push(Face {
             name: own,
             object,
-            points: points.collect(),
+            points,
             holes: Vec::new(),
         });
     }
@@ -123,7 +140,17 @@ pub(super) fn read(
         let holes = face.holes.iter().map(|&hole| faces[hole].points.clone());
         let shape = (face.points.as_slice(), holes.collect());
         let added = scene.add_without(scene.surfaces.len() - 1, shape, (file, line));
-        added.map_err(|message| nowhere(name, format_args!("{:?}: {message}", face.name)))?;
+        added.map_err(|message| {
+            let holes = face
+                .holes
+                .iter()
+                .map(|&hole| format!("{:?}", faces[hole].name));
+            let cut = match holes.collect::<Vec<_>>() {
+                none if none.is_empty() => String::new(),
+                all => format!(" (of which is cut out {})", all.join(", ")),
+            };
+            nowhere(name, format_args!("{:?}: {message}{cut}", face.name))
+        })?;
     }
     let outside = model
         .root
@@ -206,9 +233,10 @@ impl<'j> Model<'j> {
     }
 }
 
-/// The vertices of a surface.
-fn listed(object: &Value) -> Option<Vec<Point>> {
-    let all = object.get("vertices")?.as_array()?.iter();
+/// The vertices of a surface, or what is missing.
+fn listed(object: &Value) -> Result<Vec<Point>, String> {
+    let all = object.get("vertices").and_then(Value::as_array);
+    let all = all.ok_or_else(|| "there are no vertices".to_owned())?;
     let keys = [
         "vertex_x_coordinate",
         "vertex_y_coordinate",
@@ -218,7 +246,8 @@ fn listed(object: &Value) -> Option<Vec<Point>> {
         let [x, y, z] = keys.map(|key| own.get(key).and_then(Value::as_f64));
         Some([x?, y?, z?])
     };
-    all.map(point).collect()
+    let known = |(number, own)| point(own).ok_or_else(|| format!("vertex {number} has no place"));
+    (1..).zip(all).map(known).collect::<Result<_, String>>()
 }
 
 /// The vertices of a window, which have numbers.

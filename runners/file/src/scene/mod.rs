@@ -43,6 +43,8 @@ use weld::Outline;
 /// A commented description of a scene, as `fredholm init scene` prints it.
 pub const TEMPLATE: &str = include_str!("../../templates/scene.toml");
 
+/// The height of the highest building in metres, Burj Khalifa.
+const HIGHEST: f64 = 828.0;
 /// The most names in a remark.
 const MOST_NAMES: usize = 8;
 /// The most bytes of a mesh file.
@@ -198,8 +200,8 @@ impl SceneFile {
             | SceneError::Degenerate(at)
             | SceneError::NotConvex(at)
             | SceneError::NotPlanar { at, .. }
-            | SceneError::TJunction { at, .. }
-            | SceneError::Open { at, .. } => (Some(at), None),
+            | SceneError::TJunction { at, .. } => (Some(at), None),
+            SceneError::Open { at, to, .. } => (Some(at), to),
             SceneError::Duplicate { first, second }
             | SceneError::Overlap { first, second }
             | SceneError::Flipped { first, second, .. } => (Some(second), Some(first)),
@@ -257,6 +259,26 @@ impl SceneFile {
             format!(
                 "nothing is said of the material of {}{more}: black, and dark or at 0 K",
                 first.join(", ")
+            )
+        })
+    }
+
+    /// A question where every side of the box around all is longer than the highest building is high, and would be that of a room or a building in
+    /// millimetres. Nothing follows from it.
+    #[must_use]
+    pub fn in_millimetres(&self) -> Option<String> {
+        let polygons = || self.surfaces.iter().flat_map(|own| &own.polygons);
+        let sides = [0, 1, 2].map(|k| {
+            let all = || polygons().flat_map(Polygon::points).map(|p| p[k]);
+            let (low, high) = (all().reduce(f64::min), all().reduce(f64::max));
+            high.zip(low).map_or(0.0, |(high, low)| high - low)
+        });
+        let [x, y, z] = sides.map(|side| (1e3 * side).round() / 1e3);
+        let may_be = |side: &f64| (HIGHEST..=1e3 * HIGHEST).contains(side);
+        sides.iter().all(may_be).then(|| {
+            format!(
+                "the scene is {x} x {y} x {z}: is this in millimetres? Form factors are the same; for areas, fluxes and lamps in metres \
+                 put it into metres, by `scale = 0.001` beside `mesh` in a problem file"
             )
         })
     }
@@ -349,9 +371,7 @@ impl SceneFile {
         };
         let whole = match holes.is_empty() {
             true => Vec::new(),
-            false => outline::without(points, holes, off).map_err(|off| {
-                format!("a part that is cut out of this polygon is {off:.3e} off its plane")
-            })?,
+            false => outline::without(points, holes, off)?,
         };
         let points = if whole.is_empty() { points } else { &whole };
         outline::cut(points, off, &mut |polygon| {

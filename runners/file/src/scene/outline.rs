@@ -71,8 +71,12 @@ fn is_flat([a, b, c, d]: [Point; 4]) -> bool {
 /// is cut out where faces meet.
 ///
 /// # Errors
-/// A hole is not in the polygon's plane to within `off`: by how much it is off.
-pub(super) fn without(points: &[Point], holes: &[Vec<Point>], off: f64) -> Result<Vec<Point>, f64> {
+/// A hole is not in the polygon's plane to within `off`, or is not within the polygon: by how much, and where.
+pub(super) fn without(
+    points: &[Point],
+    holes: &[Vec<Point>],
+    off: f64,
+) -> Result<Vec<Point>, String> {
     let (normal, hub) = (
         area_vector(points),
         points.first().copied().unwrap_or_default(),
@@ -85,12 +89,22 @@ pub(super) fn without(points: &[Point], holes: &[Vec<Point>], off: f64) -> Resul
         let distance = |&p: &Point| (dot(normal, sub(p, hub)) / length).abs();
         let furthest = hole.iter().map(distance).fold(0.0, f64::max);
         if !(furthest <= off + IN_PLANE * size) {
-            return Err(furthest);
+            return Err(format!(
+                "what is cut out of this polygon is {furthest:.3e} off its plane: a window lies in the plane of its wall"
+            ));
         }
-        if !hole
-            .iter()
-            .all(|&p| is_within(points, p, normal, off + IN_PLANE * size))
-        {
+        let near = off + IN_PLANE * size;
+        let outside = (hole.iter()).filter(|&&p| !is_within(points, p, normal, near));
+        let outside: Vec<Point> = outside.copied().collect();
+        for &[x, y, z] in &outside {
+            let by = distance_to(points, [x, y, z]);
+            if by > off + BESIDE * size {
+                return Err(format!(
+                    "what is cut out of this polygon reaches {by:.3e} beyond it, at ({x}, {y}, {z}): a window lies within its wall"
+                ));
+            }
+        }
+        if !outside.is_empty() {
             continue;
         }
         let mut ring = hole.clone();
@@ -111,6 +125,9 @@ pub(super) fn without(points: &[Point], holes: &[Vec<Point>], off: f64) -> Resul
 /// By how much a hole may miss the plane of its polygon, as a share of the size of that: coordinates have few digits.
 const IN_PLANE: f64 = 1e-6;
 
+/// By how much a hole may reach beyond its polygon, as a share of the size of that: it touches the outline then.
+const BESIDE: f64 = 1e-3;
+
 /// Twice the area vector of a polygon.
 pub(super) fn area_vector(points: &[Point]) -> Point {
     let hub = points.first().copied().unwrap_or_default();
@@ -126,15 +143,20 @@ fn edges(points: &[Point]) -> impl Iterator<Item = [Point; 2]> + '_ {
     points.iter().zip(next).map(|(&a, &b)| [a, b])
 }
 
-/// Whether a point is inside of an outline, and further than `off` from it.
-fn is_within(points: &[Point], p: Point, normal: Point, off: f64) -> bool {
-    let is_near = |[a, b]: [Point; 2]| {
+/// How far a point is from an outline.
+fn distance_to(points: &[Point], p: Point) -> f64 {
+    let distance = |[a, b]: [Point; 2]| {
         let (span, aim) = (sub(b, a), sub(p, a));
         let t = (dot(span, aim) / dot(span, span)).clamp(0.0, 1.0);
         let aside: Point = from_fn(|k| aim[k] - t * span[k]);
-        dot(aside, aside).sqrt() <= off
+        dot(aside, aside).sqrt()
     };
-    if edges(points).any(is_near) {
+    edges(points).map(distance).fold(f64::INFINITY, f64::min)
+}
+
+/// Whether a point is inside of an outline, and further than `off` from it.
+fn is_within(points: &[Point], p: Point, normal: Point, off: f64) -> bool {
+    if distance_to(points, p) <= off {
         return false;
     }
     // The sum of the angles around it is a whole turn.

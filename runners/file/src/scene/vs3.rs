@@ -54,9 +54,14 @@ pub(super) fn read(scene: &mut SceneFile, file: u32, text: &str) -> Result<(), W
             }
             "V" => {
                 let id: u64 = words.parsed("the number of a vertex")?;
-                let point = words.point()?;
+                let point = words.clone().point();
+                let point = point.map_err(|wrong| Wrong {
+                    message: format!("{}{}", wrong.message, used_by(text, id)),
+                    ..wrong
+                })?;
                 if deck.vertices.insert(id, point).is_some() {
-                    return Err(words.wrong(key, format_args!("a second vertex {id}")));
+                    let message = format_args!("a second vertex {id}{}", used_by(text, id));
+                    return Err(words.wrong(key, message));
                 }
             }
             "S" | "O" => deck.surface(words, key)?,
@@ -91,6 +96,27 @@ fn control(words: &mut Words<'_>, scene: &mut SceneFile) {
         if let Some(value) = word.strip_prefix("encl=") {
             scene.open = value == "0";
         }
+    }
+}
+
+/// The surfaces of a deck that have a vertex.
+fn used_by(text: &str, vertex: u64) -> String {
+    let surfaces = lines(text, &['!', '/']).filter_map(|mut words| {
+        let is_surface = matches!(words.next(), "S" | "s" | "O" | "o");
+        let id: u64 = words.next().parse().ok().filter(|_| is_surface)?;
+        let corners = if has_three(words.clone()) { 3 } else { 4 };
+        let all: Vec<&str> = (0..corners).map(|_| words.next()).collect();
+        // Its base, with which it is combined, and its emissivity.
+        for _ in 0..3 {
+            words.next();
+        }
+        let has_it = all.iter().any(|word| word.parse() == Ok(vertex));
+        has_it.then(|| format!("{:?}", words.name_of(id)))
+    });
+    let names: Vec<String> = surfaces.collect();
+    match names.is_empty() {
+        true => ", which no surface has".to_owned(),
+        false => format!(", which {} have", names.join(", ")),
     }
 }
 
@@ -203,7 +229,19 @@ impl<'t> Deck<'_, 't> {
             let place = (file, line.words.line);
             let shape = (line.points.as_slice(), holes.collect());
             let added = self.scene.add_without(line.surface, shape, place);
-            added.map_err(|message| line.words.wrong(line.key, message))?;
+            added.map_err(|message| {
+                let name =
+                    |line: &Line<'_>| format!("{:?}", self.scene.surfaces[line.surface].name);
+                let holes: Vec<String> = (line.holes.iter())
+                    .map(|&hole| name(&self.lines[hole]))
+                    .collect();
+                let cut = match holes.as_slice() {
+                    [] => String::new(),
+                    all => format!(", of which is cut out {}", all.join(", ")),
+                };
+                let message = format_args!("{message} (surface {}{cut})", name(line));
+                line.words.wrong(line.key, message)
+            })?;
         }
         Ok(())
     }

@@ -117,7 +117,11 @@ impl SceneFile {
                 continue;
             }
             let cut = self.cut(own.surface, &own.points, &own.holes, own.place, near);
-            cut.map_err(|message| InputError::new(format_args!("{place}: {message}")))?;
+            cut.map_err(|message| {
+                let error = InputError::new(format_args!("{place}: {message}"));
+                let surface = self.surfaces.get(own.surface);
+                error.of_surface(surface.map_or("", |own| &own.name))
+            })?;
         }
         for at in 0..self.surfaces.len() {
             self.fill_back(at);

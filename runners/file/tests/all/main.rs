@@ -1,5 +1,6 @@
 //! Tests of files, in one program; what counts allocations is another.
 
+mod bad_buildings;
 mod bad_meshes;
 mod hostile_rooms;
 mod parts;

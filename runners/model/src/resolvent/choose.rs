@@ -1,6 +1,5 @@
 //! The choice of cells and degree, from standard deviations that are known before the first walk.
 
-use fredholm_core::Tolerance;
 use fredholm_core::galerkin::functions;
 use fredholm_core::resolvent::{MOST_FUNCTIONS, PAIR_DRAWS};
 use fredholm_rayon::Observer;
@@ -505,15 +504,10 @@ impl<'a> Search<'_, 'a> {
         let walks = cut.walks(goals, None)?;
         let known = walks.known();
         let largest = known.iter().fold(0.0, |all: f64, own| all.max(own[1]));
-        self.error = match self.question.settings.tolerance {
-            Some(Tolerance::Absolute(error)) => Some(error),
-            Some(Tolerance::Relative(share)) => {
-                let least = |all: f64, own: &[f64; 2]| all.min(own[0].abs());
-                let least = known.iter().fold(f64::INFINITY, least);
-                Some(share * least)
-            }
-            None => None,
-        };
+        let least = |all: f64, own: &[f64; 2]| all.min(own[0].abs());
+        let least = known.iter().fold(f64::INFINITY, least);
+        let tolerance = self.question.settings.tolerance.as_ref();
+        self.error = tolerance.map(|asked| asked.error_at(least));
         let nets = self.nets(&*cut, degree, setup)?;
         let rows = self.way(&*walks, (None, nets), degree);
         drop(walks);

@@ -96,7 +96,7 @@ impl ResolventSizes {
 fn is_below_rounding(estimates: &[ResolventEstimate], tolerance: Option<Tolerance>) -> bool {
     tolerance.is_some_and(|tolerance| {
         let mut all = estimates.iter();
-        all.any(|own| own.floor > bound_of(tolerance, own.value))
+        all.any(|own| own.floor > tolerance.error_at(own.value))
     })
 }
 
@@ -118,14 +118,6 @@ fn most_points(question: &ResolventQuestion<'_>, are_images: bool) -> f64 {
     });
     let starts = if are_images { 1 } else { question.goals.len() };
     each as f64 * starts as f64
-}
-
-/// The error that a tolerance asks for of a value.
-fn bound_of(tolerance: Tolerance, value: f64) -> f64 {
-    match tolerance {
-        Tolerance::Absolute(error) => error,
-        Tolerance::Relative(share) => share * value.abs(),
-    }
 }
 
 /// Answers all goals: by rows, or by images of one function, unless these turn out to lose too much.
@@ -233,7 +225,7 @@ fn walk<'a>(
         let tolerance = settings.tolerance?;
         let off = estimates
             .iter()
-            .map(|own| own.std_error * widening(own.freedom) / bound_of(tolerance, own.value));
+            .map(|own| own.std_error * widening(own.freedom) / tolerance.error_at(own.value));
         Some(off.fold(0.0, f64::max))
     };
     let has_end = settings.walks.is_some() || settings.time_limit.is_some();

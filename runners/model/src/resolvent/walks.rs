@@ -6,10 +6,10 @@ use fredholm_core::resolvent::{
 use fredholm_core::{Tolerance, WalkSeeds};
 use fredholm_rayon::{Observer, fill_rows};
 
+use super::ResolventEstimate;
 use super::blocks::Blocks;
 use super::cut::{Asked, Cut, ResolventCut, ResolventWalks};
 use super::images::{ImageMaker, Imaged};
-use super::{ResolventEstimate, bound_of};
 use crate::Error;
 
 /// The number of the goal of draws that all goals share.
@@ -328,7 +328,7 @@ where
         looks.iter().any(|own| {
             let (sum, highest) = (maker.sum(own, blocks), maker.highest(own, blocks));
             let error = sum.std_error();
-            let bound = tolerance.map(|tolerance| bound_of(tolerance, own.known + sum.value));
+            let bound = tolerance.map(|tolerance| tolerance.error_at(own.known + sum.value));
             let bound = bound.unwrap_or(error);
             highest.significant() > UNSEEN * bound.max(0.5 * error)
                 || own.image.error > OFF * bound.max(error)

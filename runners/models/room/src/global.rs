@@ -174,7 +174,7 @@ impl RoomField<'_> {
         let wall = walls.walls().get(wall);
         let wall = wall.ok_or(Error::Internal("a wall that is none"))?;
         Ok(match quantity {
-            GlobalQuantity::U => [wall.emission, wall.reflectance],
+            GlobalQuantity::U | GlobalQuantity::Temperature => [wall.emission, wall.reflectance],
             GlobalQuantity::Irradiance => [0.0, 1.0],
             GlobalQuantity::NetFlux => [wall.emission, wall.reflectance - 1.0],
         })
@@ -217,6 +217,10 @@ impl RoomField<'_> {
                     let length: f64 = elements.iter().map(|own| own.size).sum();
                     out.iter_mut().for_each(|out| *out /= length);
                 }
+            }
+            Region::Temperature(of) => {
+                self.image(room, quantity, of, out)?;
+                out[0] += self.cut.model.hidden(of).unwrap_or(0.0);
             }
             Region::On(surface, t) => {
                 let (wall, fraction) = self.cut.model.scene.along(*surface, *t)?;

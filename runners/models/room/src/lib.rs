@@ -304,7 +304,7 @@ impl Model for RoomModel {
         let mut in_air = Vec::new();
         for goal in goals {
             check_asked(self, &goal.region, self.colours().is_some())?;
-            if let Region::Point(x) = &goal.region
+            if let Region::Point(x) = goal.region.place()
                 && let [x, y] = *x.as_slice()
             {
                 in_air.push([x, y]);

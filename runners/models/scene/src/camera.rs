@@ -55,7 +55,8 @@ impl Camera {
             let aside = |axis| dot(axis, from_middle).abs() / dot(axis, axis);
             away.max(aside(right).max(aside(above)) - dot(ahead, from_middle))
         });
-        camera.from = along(towards, -MARGIN * away, ahead);
+        camera.from = scene.moved_out(along(towards, -MARGIN * away, ahead));
+        camera.towards = scene.moved_out(towards);
         camera
     }
 

@@ -2,7 +2,7 @@
 
 use web_time::Instant;
 
-use fredholm_core::{Equation as _, LastStep, Tolerance};
+use fredholm_core::{Equation as _, LastStep};
 use fredholm_model::heat::Asked;
 use fredholm_model::numbers::simultaneous;
 use fredholm_model::{
@@ -155,6 +155,11 @@ impl SceneModel {
         if self.colours().is_some() {
             return refuse("values of all faces are those of one channel: leave `channels` out");
         }
+        if request.quantity == GlobalQuantity::Temperature {
+            return refuse(
+                "values of all faces are radiosities, irradiances or net fluxes: ask for temperatures at targets",
+            );
+        }
         if request.quantity == GlobalQuantity::NetFlux && self.heat().is_none() {
             return refuse("a net flux is one of heat, and this is light: ask for irradiances");
         }
@@ -242,10 +247,7 @@ impl SceneModel {
                     let largest = all.iter().map(|own| own.found.value.abs()).fold(0.0, f64::max);
                     let squares = open.iter().map(|&number| all[number].squares()).sum::<f64>();
                     mean = squares / (open.len() as f64 * (first - 1) as f64).max(1.0);
-                    match tolerance {
-                        Tolerance::Absolute(bound) => bound,
-                        Tolerance::Relative(share) => share * largest,
-                    }
+                    tolerance.error_at(largest)
                 });
                 open.retain(|&number| {
                     counts[number] = all[number].further(mean, bound);

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use fredholm_core::global::{BasisScores, GlobalTask};
 use fredholm_core::{LastStep, Lights as _, Real};
+use fredholm_model::heat::RadiativeExchange as _;
 use fredholm_model::numbers::largest;
 use fredholm_model::{
     Error, GlobalField, GlobalQuantity, GlobalRequest, GlobalSystem, IMAGE_HEAD, MeshCell, Region,
@@ -89,7 +90,12 @@ impl<'m> GlobalSystem<'m> for SceneSystem<'m> {
             let known = radiosity.known(&Point { face, position });
             // As walks have it.
             means.push(known + in_scalar!(cut.scalar, F => F::from_f64(*v).to_f64()));
-            mesh.push(MeshCell { part, corners });
+            let corners = corners.into_iter();
+            let corners = corners.map(|corner| cut.model.scene.moved_out(corner));
+            mesh.push(MeshCell {
+                part,
+                corners: corners.collect(),
+            });
         }
         Ok(Box::new(SceneField {
             cut: Arc::clone(cut),
@@ -118,7 +124,7 @@ impl SceneField<'_> {
         let (reflectance, emission) = (face.reflectance, face.emission);
         // a u + b: H = (u − F)/ρ, and the net flux F − (1 − ρ) H.
         let [a, b] = match quantity {
-            GlobalQuantity::U => [1.0, 0.0],
+            GlobalQuantity::U | GlobalQuantity::Temperature => [1.0, 0.0],
             GlobalQuantity::Irradiance => [1.0 / reflectance, -emission / reflectance],
             GlobalQuantity::NetFlux => {
                 let absorbed = (1.0 - reflectance) / reflectance;
@@ -155,7 +161,7 @@ impl GlobalField for SceneField<'_> {
                 let cells = self.cut.faces.iter().enumerate();
                 cells.filter(|(_, cell)| faces.binary_search(&cell.face).is_ok())
             };
-            let (asked, _) = region.asked();
+            let (asked, place) = region.asked();
             let is_black =
                 |face: &u32| self.cut.model.scene.faces()[*face as usize].reflectance <= 0.0;
             if asked != GlobalQuantity::U && faces.iter().any(is_black) {
@@ -175,6 +181,9 @@ impl GlobalField for SceneField<'_> {
             };
             for (number, cell) in own() {
                 self.add(quantity, number, cell.area / area, out);
+            }
+            if asked == GlobalQuantity::Temperature {
+                out[0] += self.cut.model.hidden(place).unwrap_or(0.0);
             }
         }
         Ok(out)

@@ -29,6 +29,12 @@ pub fn notes(names: &[String], scene: &Scene) -> Vec<String> {
             (1e6 * area).round() / 1e6
         ));
     }
+    if scene.shift() != [0.0; 3] {
+        let [x, y, z] = scene.shift();
+        notes.push(format!(
+            "single precision has too few places so far from the origin: walks are in the scene moved by ({x}, {y}, {z}), and results where it was"
+        ));
+    }
     let precision = scene.precision();
     if precision.rounding != Rounding::Double {
         notes.push(format!(

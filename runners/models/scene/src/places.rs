@@ -30,20 +30,23 @@ impl Place {
             Region::Parts(parts) if !parts.is_empty() => Ok(Self::Faces(faces_of(scene, parts)?)),
             Region::Spot(part, position) => {
                 let own = faces_of(scene, &[*part])?;
-                match own.into_iter().find(|&face| geometry.is_on(face, *position)) {
-                    Some(face) => Ok(Self::Point(face, *position)),
+                let at = scene.moved_in(*position);
+                match own.into_iter().find(|&face| geometry.is_on(face, at)) {
+                    Some(face) => Ok(Self::Point(face, at)),
                     None => wrong(format!("the point {position:?} is not on its surface")),
                 }
             }
             Region::Point(coordinates) => match *coordinates.as_slice() {
-                [x, y, z] => match geometry.face_at([x, y, z]) {
-                    Some(face) => Ok(Self::Point(face, [x, y, z])),
-                    None if scene.is_between([x, y, z]) => Ok(Self::Air([x, y, z])),
-                    None => wrong(format!(
-                        "the point {:?} is neither on a surface nor between them",
-                        [x, y, z]
-                    )),
-                },
+                [x, y, z] => {
+                    let at = scene.moved_in([x, y, z]);
+                    match geometry.face_at(at) {
+                        Some(face) => Ok(Self::Point(face, at)),
+                        None if scene.is_between(at) => Ok(Self::Air(at)),
+                        None => wrong(format!(
+                            "the point {coordinates:?} is neither on a surface nor between them"
+                        )),
+                    }
+                }
                 _ => wrong("a point of a scene has three coordinates".to_owned()),
             },
             Region::Facing { at, direction } => {
@@ -52,10 +55,11 @@ impl Place {
                         "{direction:?} is no direction: its coordinates must be finite, and one of them not 0"
                     ));
                 }
-                if !scene.is_between(*at) {
+                let place = scene.moved_in(*at);
+                if !scene.is_between(place) {
                     return wrong(format!("the point {at:?} is not between the surfaces"));
                 }
-                Ok(Self::Facing(*at, *direction))
+                Ok(Self::Facing(place, *direction))
             }
             _ => wrong(
                 "a scene has points on its surfaces and between them, means over surfaces, and the mean over all"

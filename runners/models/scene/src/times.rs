@@ -7,7 +7,7 @@ use web_time::Instant;
 
 use fredholm_core::{
     At, Chain as _, Equation as _, Functional as _, Generators as _, LastStep, Real, RngUniforms,
-    STEP_LIMIT, Sobol, SobolPoint, Start, Tolerance, Uniforms, WalkNumber, WalkSeeds,
+    STEP_LIMIT, Sobol, SobolPoint, Start, Uniforms, WalkNumber, WalkSeeds,
 };
 use fredholm_model::heat::Asked;
 use fredholm_model::{
@@ -308,6 +308,12 @@ impl SceneModel {
         if request.times.is_empty() {
             return refuse("there is no time");
         }
+        let is_temperature = |goal: &Goal| goal.region.asked().0 == GlobalQuantity::Temperature;
+        if request.goals.iter().any(is_temperature) {
+            return refuse(
+                "values at many times are linear in the sources, and temperatures are not: leave `ask` out",
+            );
+        }
         self.check_goals(request.goals)?;
         let start = Instant::now();
         let partition = ScenePartition::new(self, discretisation)?;
@@ -350,10 +356,7 @@ impl SceneModel {
             if let Some(tolerance) = request.walk.tolerance {
                 let largest =
                     |of: &dyn Fn(&Spot) -> f64| found.values.iter().map(of).fold(0.0, f64::max);
-                let bound = match tolerance {
-                    Tolerance::Absolute(bound) => bound,
-                    Tolerance::Relative(share) => share * largest(&|own| own.value.abs()),
-                };
+                let bound = tolerance.error_at(largest(&|own| own.value.abs()));
                 let times_more = MORE * (largest(&|own| own.error) / bound).powi(2);
                 let needed = (found.walks as f64 * times_more).min(MOST_WALKS as f64) as u64;
                 if bound > 0.0 && needed > found.walks {

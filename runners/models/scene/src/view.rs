@@ -92,7 +92,11 @@ fn views<F: Real, C: Tint<F>>(
         is_plain: false,
         watch,
     };
-    let camera = request.camera;
+    let camera = &Camera {
+        from: cut.model.scene.moved_in(request.camera.from),
+        towards: cut.model.scene.moved_in(request.camera.towards),
+        ..*request.camera
+    };
     let view = view(&walker, camera, start, request.walk.walks)?;
     let none = cut.neighbour(None, equation)?;
     let plain: Walker<'_, F, C> = SpotWalks {

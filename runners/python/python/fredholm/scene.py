@@ -319,7 +319,10 @@ class Scene(Problem):
         return _fredholm.Mesh(self.vertices, self._corners, self._counts, self._surface_of, self._surfaces)
 
     def solve(self, **asked: Any) -> Any:
-        """Estimates u, or with ``ask="irradiance"`` or ``ask="net_flux"`` another quantity, at points or over surfaces.
+        """Estimates u, or another quantity, at points or over surfaces.
+
+        ``ask="irradiance"``, ``ask="net_flux"`` and ``ask="temperature"`` are the others: ``target_error`` is then that of them, of a
+        temperature in kelvin.
 
         ``over`` takes names of groups: a group of several surfaces is asked for as all of them. All else is as in
         :meth:`Problem.solve`.

@@ -5,6 +5,8 @@ use fredholm_model::numbers::{aligned, by_power, short, with_decimals, with_erro
 
 /// The standard errors by which a solution of the equation is off once in two million times.
 const MOST_ERRORS: f64 = 5.0;
+/// How many times its error bar a temperature must be, so that it is no more than a tenth of that too low: 3 ΔT²/2T.
+const STRAIGHT: f64 = 15.0;
 
 impl Report {
     /// The report as a table for people.
@@ -154,6 +156,11 @@ impl Report {
             count(&|t| t.few_scores.is_some_and(|scored| scored > 0)),
             "so few walks scored that the error bar means little; use more walks",
         );
+        remark(
+            count(&|t| t.has_bent_temperature()),
+            "the error bar is more than a fifteenth of a temperature T, which follows from σT⁴: T is too low by more than a tenth of \
+             its error, 3 ΔT²/2T; use more walks",
+        );
         let furthest = self.goals.iter().filter_map(|t| t.z).map(f64::abs);
         let furthest = furthest.fold(0.0, f64::max);
         remark(
@@ -168,6 +175,19 @@ impl Report {
 }
 
 impl GoalReport {
+    /// Whether the error bar of a temperature is so large that it bends over it.
+    fn has_bent_temperature(&self) -> bool {
+        let own = Some(self.preconditioned).filter(|own| own.unit == Some("K"));
+        let mut all = [own, self.temperature, self.radiant_temperature]
+            .into_iter()
+            .flatten();
+        let is_bent = |own: EstimateReport| match (own.estimate, own.std_error) {
+            (Some(estimate), error) => error > Some(estimate / STRAIGHT),
+            (None, _) => true,
+        };
+        self.walks > 1 && all.any(is_bent)
+    }
+
     /// The point, in a room the place in the drawing.
     pub(super) fn place(&self) -> Option<String> {
         match &self.position {
@@ -290,6 +310,8 @@ impl EstimateReport {
     /// The estimate with its standard error, or with what rounding leaves if that is larger.
     fn text(&self, floor: f64) -> String {
         match (self.estimate, self.std_error) {
+            // Of a σT⁴ that is no more than 0.
+            (None, _) if self.unit == Some("K") => "no temperature".to_owned(),
             (None, _) => "no walks".to_owned(),
             // One score is no result.
             (Some(_), None) if self.std_dev.is_none() => "- (one walk)".to_owned(),

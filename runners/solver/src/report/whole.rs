@@ -312,6 +312,7 @@ impl GlobalEstimate<'_> {
         });
         let mut targets = targets.collect::<Result<Vec<_>, Error>>()?;
         self.add_heat(goals, &mut targets)?;
+        targets.iter_mut().for_each(GoalReport::show_temperature);
         let mesh = self.mesh_report();
         Ok(GlobalReport {
             summary: self.summary().clone(),

@@ -104,10 +104,7 @@ impl Look {
         let ([iterate, moved], replicates) = split(image, REPLICATES);
         let correction = over_replicates(replicates);
         let error = correction.std_error;
-        let bound = match tolerance {
-            Tolerance::Absolute(bound) => bound,
-            Tolerance::Relative(bound) => bound * (iterate + correction.mean).abs(),
-        };
+        let bound = tolerance.error_at(iterate + correction.mean);
         self.bound = self.bound.max(bound);
         // Where all replicates say the same there is nothing to divide, whatever the bound.
         if error != 0.0 {

@@ -1,5 +1,6 @@
 //! What is asked for in place of u: irradiances and net fluxes, to an error of their own.
 
+use fredholm::heat::temperature_of;
 use fredholm::room::{Spot, Surfaces};
 use fredholm::scene::{
     Beam, Enclosure, FacesRequest, Material, NamedSurface, Polygon, SkyLight, SunAndSky,
@@ -9,6 +10,7 @@ use fredholm::{
     GlobalQuantity, Goal, Region, Report, RoomModel, Scalar, SceneModel, Settings, Solver,
     Tolerance,
 };
+use fredholm_core::Estimate;
 
 const NAMES: [&str; 6] = ["floor", "ceiling", "front", "back", "left", "right"];
 
@@ -137,6 +139,166 @@ fn net_fluxes_are_those_of_the_balance() {
     assert_near([a.estimate.unwrap() - b.estimate.unwrap(), both], 0.0);
 }
 
+fn temperature(region: Region) -> Region {
+    GlobalQuantity::Temperature.of(region)
+}
+
+/// Black at 300 K below and at 400 K above, and four insulated sides, of emissivity 0.5 if they give this net flux.
+fn between(net_flux: f64) -> SceneModel {
+    let mut all = [Material::flux(net_flux); 6];
+    all[0] = Material::grey(1.0, 300.0);
+    all[1] = Material::grey(1.0, 400.0);
+    let sides = (net_flux != 0.0).then_some(0.5);
+    cube(all).with_heat(Temperatures {
+        emissivities: [None, None, sides, sides, sides, sides].to_vec(),
+        net_fluxes: false,
+    })
+}
+
+/// Upside down T⁴ is what is missing to 300⁴ + 400⁴, so that half of that is its mean over the sides, and what is in the middle sees.
+#[test]
+fn temperatures_have_their_error_in_kelvin() {
+    let (cube, error) = (between(0.0), 0.4);
+    let exact = (0.5 * (300_f64.powi(4) + 400_f64.powi(4))).powf(0.25);
+    let sides = Region::Parts(vec![2, 3, 4, 5]);
+    let middle = Region::Point(vec![0.5; 3]);
+    let meter = Region::Facing {
+        at: [0.5; 3],
+        direction: [1.0, 0.0, 0.0],
+    };
+    let mut solver = Solver::new(&cube);
+    for (name, region) in [("sides", &sides), ("middle", &middle), ("meter", &meter)] {
+        solver = solver.goal(name, temperature(region.clone()));
+    }
+    let report = solver.solve_to(error).unwrap();
+    for (number, goal) in report.goals.iter().enumerate() {
+        let own = found(&report, number);
+        assert_near(own, exact);
+        assert!(own[1] <= error && own[1] > 0.0, "{own:?}");
+        // Walks end at this error, and not at one of some other unit: 0.4 K are 4.2 W/m².
+        assert!(own[1] > 0.3 * error || goal.walks < 100_000, "{own:?}");
+        assert_eq!(
+            (goal.ask, goal.plain.unit),
+            (Some("temperature"), Some("K"))
+        );
+        let column = goal.temperature.or(goal.radiant_temperature).unwrap();
+        assert!((column.estimate.unwrap() - own[0]).abs() < 1e-9);
+    }
+    let one = |walks| {
+        let solver = Solver::new(&cube).goal("t", temperature(middle.clone()));
+        solver.cells(24).degree(1).walks(walks).solve().unwrap()
+    };
+    let warned = |report: &Report| {
+        report
+            .remarks()
+            .iter()
+            .any(|own| own.contains("a fifteenth"))
+    };
+    let with_cells = one(1000);
+    let galerkin = with_cells.goals[0].galerkin;
+    assert!(
+        (galerkin - exact).abs() < 5.0 && !warned(&with_cells),
+        "{galerkin}"
+    );
+    // Two walks may differ by more than that, and may be alike.
+    assert!((1..40).any(|seed| {
+        let solver = Solver::new(&cube)
+            .goal("t", temperature(middle.clone()))
+            .seed(seed);
+        warned(&solver.cells(6).degree(0).walks(2).solve().unwrap())
+    }));
+}
+
+/// The mean of T at x(1 + d) and x(1 − d), which have the same chance.
+#[test]
+fn a_temperature_bends_as_its_remark_says() {
+    let of = |x: f64| {
+        let (std_error, std_dev) = (Some(0.08), None);
+        temperature_of(Estimate {
+            estimate: x,
+            std_error,
+            std_dev,
+        })
+        .unwrap()
+    };
+    let (own, mean) = (of(1.0), 0.5 * (of(1.08).estimate + of(0.92).estimate));
+    let [t, error] = [own.estimate, own.std_error.unwrap()];
+    assert!((error / t - 0.02).abs() < 1e-12);
+    let bias = 1.5 * error * error / t;
+    assert!(
+        ((t - mean) / bias - 1.0).abs() < 0.02,
+        "{}",
+        (t - mean) / bias
+    );
+    assert!(
+        temperature_of(Estimate {
+            estimate: -1.0,
+            std_error: None,
+            std_dev: None
+        })
+        .is_none()
+    );
+}
+
+#[test]
+fn a_given_flux_hides_a_part_of_the_temperature() {
+    let cube = between(40.0);
+    let front = |region| {
+        let solver = Solver::new(&cube).cells(24).degree(1).walks(20_000);
+        let report = solver.goal("front", region).solve().unwrap();
+        (found(&report, 0), report.goals[0].temperature.unwrap())
+    };
+    let ([asked, _], own) = front(temperature(Region::Part(2)));
+    let (_, of_u) = front(Region::Part(2));
+    assert!((asked - of_u.estimate.unwrap()).abs() < 1e-9);
+    assert_eq!(own.estimate, Some(asked));
+    // One set of walks for all targets tells it as well.
+    let solver = Solver::new(&cube).cells(24).degree(1).walks(20_000);
+    let whole = solver.goal("front", temperature(Region::Part(2)));
+    let whole = found(&whole.together(true).solve().unwrap(), 0);
+    assert_near(
+        [whole[0] - asked, whole[1].hypot(own.std_error.unwrap())],
+        0.0,
+    );
+}
+
+/// A square in the plane, as the cube.
+#[test]
+fn rooms_have_temperatures_to_an_error_in_kelvin() {
+    let exact = (0.5 * (300_f64.powi(4) + 400_f64.powi(4))).powf(0.25);
+    let mut square = Surfaces::default()
+        .with(
+            "floor",
+            &[[0.0, 0.0], [1.0, 0.0]],
+            Material::grey(0.9, 300.0),
+        )
+        .with("right", &[[1.0, 0.0], [1.0, 1.0]], Material::flux(0.0))
+        .with(
+            "ceiling",
+            &[[1.0, 1.0], [0.0, 1.0]],
+            Material::grey(0.9, 400.0),
+        )
+        .with("left", &[[0.0, 1.0], [0.0, 0.0]], Material::flux(0.0));
+    (square.heat, square.without_fluxes) = (true, true);
+    let room = RoomModel::new(square, Scalar::F64).unwrap();
+    let solver = Solver::new(&room)
+        .goal("left", temperature(Region::Part(3)))
+        .goal("middle", temperature(Region::Point(vec![0.5, 0.5])));
+    let report = solver.clone().solve_to(1e-3).unwrap();
+    let whole = solver
+        .cells(20)
+        .together(true)
+        .walks(20_000)
+        .solve()
+        .unwrap();
+    for number in [0, 1] {
+        for report in [&report, &whole] {
+            assert_near(found(report, number), exact);
+        }
+        assert!(found(&report, number)[1] <= 1e-3);
+    }
+}
+
 #[test]
 fn what_has_none_is_refused() {
     let refused = |model: &SceneModel, region: Region, words: &str| {
@@ -155,6 +317,37 @@ fn what_has_none_is_refused() {
         &warm(),
         net_flux(Region::Parts(vec![0, 1])),
         "several materials",
+    );
+    let (front, air) = (Region::Part(2), Region::Point(vec![0.5; 3]));
+    let heat = "a temperature is one of heat";
+    refused(&lit(0.5), temperature(air.clone()), heat);
+    let given = "the temperature is given";
+    refused(&warm(), temperature(Region::Part(0)), given);
+    let unknown = warm().with_heat(Temperatures {
+        emissivities: vec![None; 6],
+        net_fluxes: true,
+    });
+    refused(&unknown, temperature(front.clone()), "the `emissivity`");
+    let solver = |relative| {
+        let model = warm();
+        let asked = |region| Solver::new(&model).goal("t", temperature(region));
+        let error = match relative {
+            true => asked(air.clone()).solve_to_relative(0.1),
+            false => asked(air.clone()).goal("u", air.clone()).solve_to(0.1),
+        };
+        error.unwrap_err().to_string()
+    };
+    assert!(solver(true).contains("leave `relative` out"));
+    assert!(solver(false).contains("whose error is in kelvin"));
+    let model = warm();
+    let derivatives = Solver::new(&model)
+        .goal("t", temperature(front))
+        .sensitivities();
+    assert!(
+        derivatives
+            .unwrap_err()
+            .to_string()
+            .contains("are those of u")
     );
     let twice = irradiance(irradiance(Region::Part(0)));
     refused(&warm(), twice, "one quantity");

@@ -308,10 +308,7 @@ fn a_tolerance_holds_at_every_point() {
         assert_eq!(summary.stop, StopReason::Done);
         assert!(summary.walks < 1 << 20, "{summary:?}");
         for (region, value) in whole.grid(100).unwrap() {
-            let asked = match tolerance {
-                Tolerance::Absolute(error) => error,
-                Tolerance::Relative(share) => share * value.estimate,
-            };
+            let asked = tolerance.error_at(value.estimate);
             // Between the points that were looked at it is hardly larger.
             assert!(
                 value.std_error.unwrap() < 1.05 * asked,
