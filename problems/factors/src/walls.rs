@@ -6,7 +6,8 @@ use fredholm_core::galerkin::buffer;
 use fredholm_room::{RoomError, Scene, exchanges};
 
 /// The form factors F_IJ between all surfaces of a room, row by row: of the energy that leaves surface I, the share that arrives
-/// at J. The rows of a closed room sum to 1; nothing is normalised.
+/// at J; behind those of all surfaces come, in every row, those of the parts of the sky that the room [has](Scene::outside). The rows of a
+/// closed room sum to 1; nothing is normalised.
 ///
 /// Exact up to rounding, with occlusion: see [`exchanges`].
 ///
@@ -27,14 +28,19 @@ use fredholm_room::{RoomError, Scene, exchanges};
 /// ```
 pub fn room_factors(scene: &Scene) -> Result<Vec<f64>, RoomError> {
     let surfaces = scene.surfaces();
-    let entries = surfaces.checked_mul(surfaces);
+    let width = surfaces + scene.outside().len();
+    let entries = surfaces.checked_mul(width);
     let entries = entries.ok_or(RoomError::Memory { bytes: None })?;
     let mut out: Vec<f64> = buffer(entries)?;
-    let surface = |wall: u32| scene.place(wall as usize).map_or(0, |place| place.surface);
-    let all: Vec<u32> = (0..scene.geometry().walls().len() as u32).collect();
+    let walls = scene.geometry().walls().len();
+    let surface = |seen: u32| match (seen as usize).checked_sub(walls) {
+        Some(part_of_sky) => surfaces + part_of_sky,
+        None => scene.place(seen as usize).map_or(0, |place| place.surface),
+    };
+    let all: Vec<u32> = (0..walls as u32).collect();
     exchanges(scene, &all, |wall, seen, exchange| {
         let row = surface(wall);
-        let entry = out.get_mut(row * surfaces + surface(seen));
+        let entry = out.get_mut(row * width + surface(seen));
         if let (Some(entry), Ok(length)) = (entry, scene.length(row)) {
             *entry += exchange * (1.0 / length);
         }

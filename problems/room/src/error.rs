@@ -91,6 +91,13 @@ pub enum RoomError {
     Tables,
     /// The number of a light is that of no wall, or the numbers of lights do not grow.
     Lights,
+    /// A light from outside has a number that it cannot have, or comes into a closed room.
+    Outside {
+        /// The number of the light.
+        number: usize,
+    },
+    /// A period is not above 0, or so small beside the room that too many copies of it would lie over it.
+    Period,
     /// A buffer has the wrong length.
     Length {
         /// The length that is needed.
@@ -202,6 +209,15 @@ impl RoomError {
             Self::Fraction => write!(f, "a place along a wall lies between 0 and 1"),
             Self::Tables => write!(f, "the tables of a room do not belong together"),
             Self::Lights => write!(f, "the lights of a room must be numbers of walls that grow"),
+            Self::Period => write!(
+                f,
+                "the period must be finite, above 0, and not less than a hundredth of the room's width"
+            ),
+            Self::Outside { number } => write!(
+                f,
+                "light {number} from outside comes into a closed room, or has a number that is negative or not finite, or a direction \
+                 that is no unit vector"
+            ),
             Self::Length { expected, found } => refused::length(f, *expected, *found),
             Self::Memory { bytes } => refused::memory(f, *bytes, "; fewer cells need less"),
             Self::Galerkin(error) => write!(f, "{error}"),

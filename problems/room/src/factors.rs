@@ -4,6 +4,7 @@ use alloc::vec::Vec;
 use fredholm_core::array::Each;
 
 use crate::geometry::Backs;
+use crate::outside::Outside;
 use crate::scene::Scene;
 use crate::shadows::{kinks, used};
 use crate::vector::{Vector, along, cross, dot, norm, sub};
@@ -20,8 +21,9 @@ struct Glimpse {
     left: u32,
 }
 
-/// Calls `each` with one of some walls, a wall that it sees, and a part of ∫ F_y→w dy over the former: the length times the
-/// form factor, which is the same from either side. A wall that is seen in several pieces comes several times.
+/// Calls `each` with one of some walls, what it sees, and a part of ∫ F_y→w dy over the former: the length times the
+/// form factor, which is the same from either side. A wall that is seen in several pieces comes several times. What is seen is the
+/// number of a wall or, with as many as there are walls added, that of a part of the sky in [`Scene::outside`].
 ///
 /// Exact up to rounding, with occlusion. Between two neighbouring places where vertices of the
 /// scene are in line, a point sees the same walls between the same vertices V, and the integral
@@ -33,7 +35,14 @@ struct Glimpse {
 /// O(W²) for each wall of W and each such place on it.
 pub fn exchanges(scene: &Scene, walls: &[u32], mut each: impl FnMut(u32, u32, f64)) {
     let used = used(scene);
+    let far: Vec<_> = scene
+        .outside
+        .iter()
+        .flat_map(Outside::ends)
+        .copied()
+        .collect();
     let places = kinks(scene);
+    let observed = scene.geometry();
     for &w in walls {
         let (Some(wall), Some(places)) = (scene.walls.get(w as usize), places.get(w as usize))
         else {
@@ -43,6 +52,7 @@ pub fn exchanges(scene: &Scene, walls: &[u32], mut each: impl FnMut(u32, u32, f6
             scene,
             geometry: scene.geometry(),
             used: &used,
+            far: &far,
             number: w,
             wall,
             directions: Vec::new(),
@@ -51,6 +61,11 @@ pub fn exchanges(scene: &Scene, walls: &[u32], mut each: impl FnMut(u32, u32, f6
         for (&from, &to) in ends.zip(places.iter().chain([&wall.length])) {
             let mut halvings = HALVINGS;
             observer.integrate([from, to], &mut halvings, &mut |seen, exchange| {
+                let sky = (seen as usize).checked_sub(scene.walls.len());
+                let seen = match sky {
+                    Some(number) => (scene.own + number) as u32,
+                    None => observed.original(seen),
+                };
                 each(w, seen, exchange);
             });
         }
@@ -62,6 +77,8 @@ struct Observer<'a> {
     scene: &'a Scene,
     geometry: Geometry<'a, f64>,
     used: &'a [u32],
+    /// The ends of parts of the sky.
+    far: &'a [Vector<f64>],
     number: u32,
     wall: &'a Wall<f64>,
     /// Kept from place to place: unit vectors to vertices.
@@ -125,13 +142,30 @@ impl Observer<'_> {
         }
     }
 
-    /// ∫ sin φ over the points between `ends`, φ the angle at which they see a vertex; `horizon` is
+    /// ∫ sin φ over the points between `ends`, φ the angle at which they see a vertex or a far direction; `horizon` is
     /// that of the horizon.
     fn sines(&self, vertex: u32, ends: [Vector<f64>; 2], horizon: f64) -> f64 {
-        match self.scene.vertices.get(vertex as usize) {
-            Some(&v) => norm(sub(v, ends[0])) - norm(sub(v, ends[1])),
-            None => horizon,
+        let number = vertex as usize;
+        if let Some(&v) = self.scene.vertices.get(number) {
+            return norm(sub(v, ends[0])) - norm(sub(v, ends[1]));
         }
+        let far = number.checked_sub(self.scene.vertices.len());
+        let far = far.and_then(|far| self.far.get(far));
+        // Of a direction all points see it at one angle.
+        far.map_or(horizon, |&d| dot(self.wall.tangent, d) * horizon.abs())
+    }
+
+    /// The number of the part of the sky in a direction, behind those of walls.
+    fn sky(&self, direction: Vector<f64>) -> Option<u32> {
+        let mut outside = self.scene.outside.iter();
+        let number = outside.position(|own| match own {
+            Outside::Sky {
+                between: [right, left],
+                ..
+            } => cross(*right, direction) >= 0.0 && cross(direction, *left) > 0.0,
+            Outside::Sun { .. } => false,
+        });
+        number.map(|number| (self.scene.walls.len() + number) as u32)
     }
 
     /// What the point at this distance sees, from right to left.
@@ -150,6 +184,12 @@ impl Observer<'_> {
                 let rank = Rank::new(dot(self.wall.tangent, to), dot(normal, to));
                 let unit = [to[0] / length, to[1] / length];
                 self.directions.push((rank, vertex, unit));
+            }
+        }
+        for (number, &to) in (self.scene.vertices.len() as u32..).zip(self.far) {
+            if dot(normal, to) > 0.0 {
+                let rank = Rank::new(dot(self.wall.tangent, to), dot(normal, to));
+                self.directions.push((rank, number, to));
             }
         }
         self.directions
@@ -171,14 +211,15 @@ impl Observer<'_> {
             let hit =
                 self.geometry
                     .nearest(self.wall, self.number, origin, direction, Backs::Block);
-            let Some(hit) = hit else { continue };
+            let wall = match hit {
+                None => self.sky(direction),
+                // What meets a back has left.
+                Some(hit) => (!hit.back).then_some(hit.wall),
+            };
+            let Some(wall) = wall else { continue };
             match glimpses.last_mut() {
-                Some(last) if last.wall == hit.wall && last.left == right => last.left = left,
-                _ => glimpses.push(Glimpse {
-                    wall: hit.wall,
-                    right,
-                    left,
-                }),
+                Some(last) if last.wall == wall && last.left == right => last.left = left,
+                _ => glimpses.push(Glimpse { wall, right, left }),
             }
         }
         glimpses

@@ -4,7 +4,7 @@ use core::ops::Range;
 
 use fredholm_core::array::Each;
 use fredholm_core::galerkin::{Cells, legendre};
-use fredholm_core::{Equation, Functional, Real, Start, StartOf, Uniforms};
+use fredholm_core::{Equation, Functional, Real, Start, StartOf, Uniforms, Value as _};
 use fredholm_surfaces::Grey;
 use num_traits::{one, zero};
 
@@ -74,20 +74,35 @@ where
 /// The irradiance H(x) = ∫ V cos θ_x cos θ_y/(2|x − y|) u(y) dy as a functional of u: where another
 /// one starts, [`At`](fredholm_core::At) a point or [`MeanOver`] walls, one step of the cosine law is made first, and the walk
 /// starts where it leads. So it has no ρ to be divided by, and serves black walls too. Light that leaves an open room brings nothing
-/// back.
+/// back; what comes from outside is known where the walk starts.
 ///
 /// u = F + ρH, and the net flux out of a wall is F − (1 − ρ)H.
 #[derive(Clone, Copy, Debug)]
-pub struct Irradiance<T>(pub T);
+pub struct Irradiance<'r, 'a, F, T, C = Grey> {
+    /// The room.
+    pub room: &'r Room<'a, F, C>,
+    /// Where: a functional of u.
+    pub of: T,
+}
 
-impl<E: Equation + ?Sized, T: Functional<E>> Functional<E> for Irradiance<T> {
+impl<F, T, C, E> Functional<E> for Irradiance<'_, '_, F, T, C>
+where
+    F: Real,
+    T: Functional<E>,
+    E: Equation<Scalar = F, Point = Point<F>> + ?Sized,
+{
     #[inline]
-    fn start<U: Uniforms<E::Scalar>>(&self, equation: &E, uniforms: &mut U) -> StartOf<E> {
-        let Start { point, phi, .. } = self.0.start(equation, uniforms);
-        match equation.step(&point, uniforms) {
+    fn start<U: Uniforms<F>>(&self, equation: &E, uniforms: &mut U) -> StartOf<E> {
+        let Start { point, phi, .. } = self.of.start(equation, uniforms);
+        let start = match equation.step(&point, uniforms) {
             Some(y) => Start::of(equation, y, phi),
             None => Start::of(equation, point, zero()),
+        };
+        if self.room.outside.is_empty() {
+            return start;
         }
+        let known = E::Value::splat(equation.channels(), phi * self.room.from_outside(&point));
+        Start { known, ..start }
     }
 }
 
@@ -110,20 +125,26 @@ impl<F: Real, C> Seen<'_, '_, F, C> {
     ///
     /// O(w) visits of the hierarchy for w walls, and O(1) for every cell that is seen.
     pub fn cells(&self, mut each: impl FnMut(usize, F)) {
-        self.pieces(|cell, right, left| each(cell, angle(right, left)));
+        self.pieces(|_, cell, right, left| each(cell, angle(right, left)));
     }
 
-    /// Calls `each` with a cell and the directions between which it is seen, from right to left.
-    fn pieces(&self, mut each: impl FnMut(usize, Vector<F>, Vector<F>)) {
+    /// Calls `each` with a wall or a copy, a cell there, and the directions between which it is seen, from right to left.
+    fn pieces(&self, mut each: impl FnMut(u32, usize, Vector<F>, Vector<F>)) {
         let (geometry, x) = (self.room.geometry(), self.position);
-        for w in 0..geometry.walls().len() as u32 {
+        for w in 0..geometry.all().len() as u32 {
             geometry.seen_pieces(x, w, |right, left| {
                 self.room
                     .cells_between(x, w, [right, left], |cell, [from, to], _| {
-                        each(cell, from, to);
+                        each(w, cell, from, to);
                     });
             });
         }
+    }
+
+    /// What the point sees of the sky in the mean over all directions, (1/2π) ∫ L dω, exact: of that walks know nothing.
+    #[must_use]
+    pub fn sky(&self) -> F {
+        self.room.sky_around(self.position)
     }
 
     /// (v, Φ) and (1, Φ), exact up to rounding: Σ_j ∫ v dω/2π over the directions ω in which the
@@ -166,13 +187,13 @@ impl<F: Real, C> Seen<'_, '_, F, C> {
     fn integrate(&self, functions: usize, mut each: impl FnMut(usize, f64, &[F])) -> f64 {
         let panels = self.room.panels(functions);
         let mut all = 0.0;
-        self.pieces(|cell, right, left| {
+        self.pieces(|w, cell, right, left| {
             let angle = angle(right, left).to_f64() / core::f64::consts::TAU;
             all += angle;
             if functions == 1 {
                 return each(cell, angle, &[one()]);
             }
-            let part = self.room.partition().part(cell);
+            let part = self.room.part_on(cell, w);
             let wall = part.and_then(|part| self.room.geometry().wall(part.wall));
             let (Some(part), Some(wall), 2..=MOST) = (part, wall, functions) else {
                 return each(cell, f64::NAN, &[one()]);
@@ -196,7 +217,7 @@ impl<F: Real, C> Seen<'_, '_, F, C> {
     /// end where something else is seen, so that u is as smooth in them as along walls.
     pub fn points(&self, width: f64, mut each: impl FnMut(Point<F>, f64)) {
         let (geometry, x) = (self.room.geometry(), self.position);
-        for (w, wall) in (0..).zip(geometry.walls()) {
+        for (w, wall) in (0..).zip(geometry.all()) {
             geometry.seen_pieces(x, w, |right, left| {
                 let whole = angle(right, left).to_f64();
                 // One at least, and of a width that is none no more than this.

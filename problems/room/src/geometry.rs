@@ -38,6 +38,17 @@ impl<F: Real> Wall<F> {
         [-self.tangent[1], self.tangent[0]]
     }
 
+    /// The point at this distance from the first vertex.
+    #[inline]
+    pub(crate) fn at(&self, distance: F) -> Vector<F> {
+        // From the nearer end, so that both ends are met exactly.
+        if distance <= F::from_f64(0.5) * self.length {
+            along(self.ends[0], distance, self.tangent)
+        } else {
+            along(self.ends[1], distance - self.length, self.tangent)
+        }
+    }
+
     /// All of the wall, of this number.
     #[inline]
     pub(crate) fn part(&self, number: u32) -> Part<F> {
@@ -189,6 +200,8 @@ pub struct Geometry<'a, F> {
     strips: &'a [Strip<F>],
     nodes: &'a [Node<F>],
     open: bool,
+    /// The number of walls that are no copies of others: behind them come whole copies of all, moved by periods.
+    own: usize,
 }
 
 /// The wall and the place that a ray met.
@@ -225,6 +238,7 @@ impl<'a, F: Real> Geometry<'a, F> {
             strips,
             nodes,
             open,
+            own: walls.len(),
         };
         let possible = zero::<F>()..=one::<F>();
         let materials = walls
@@ -259,7 +273,39 @@ impl<'a, F: Real> Geometry<'a, F> {
             strips,
             nodes,
             open,
+            own: walls.len(),
         }
+    }
+
+    /// Tables of which the first walls are so many, and the rest copies of these.
+    #[cfg(feature = "alloc")]
+    pub(crate) const fn with_copies(mut self, own: usize) -> Self {
+        self.own = own;
+        self
+    }
+
+    /// The walls, and the copies of them that rays meet, too.
+    pub(crate) const fn all(&self) -> &'a [Wall<F>] {
+        self.walls
+    }
+
+    /// The number of the wall of which this one is a copy, or its own.
+    #[inline(always)]
+    pub(crate) const fn original(&self, wall: u32) -> u32 {
+        if (wall as usize) < self.own {
+            wall
+        } else {
+            (wall as usize % self.own) as u32
+        }
+    }
+
+    /// A wall and its copies, with their numbers.
+    pub(crate) fn copies(
+        &self,
+        wall: usize,
+    ) -> impl Iterator<Item = (u32, &'a Wall<F>)> + use<'a, F> {
+        let all = (0..).zip(self.walls);
+        all.skip(wall).step_by(self.own.max(1))
     }
 
     /// Whether what rays meet are the walls, which are held twice.
@@ -282,7 +328,10 @@ impl<'a, F: Real> Geometry<'a, F> {
     /// The walls.
     #[must_use]
     pub const fn walls(&self) -> &'a [Wall<F>] {
-        self.walls
+        match self.walls.split_at_checked(self.own) {
+            Some((own, _)) => own,
+            None => self.walls,
+        }
     }
 
     /// The walls as rays see them.

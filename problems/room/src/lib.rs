@@ -30,6 +30,7 @@ mod matrix;
 #[cfg(feature = "alloc")]
 mod mesh;
 mod moments;
+mod outside;
 mod panels;
 #[cfg(feature = "alloc")]
 mod paper;
@@ -74,6 +75,7 @@ pub use light::{DirectLight, subtract_lights};
 pub use matrix::{Matrix, side_by_side};
 #[cfg(feature = "alloc")]
 pub use mesh::{Grading, Mesh};
+pub use outside::Outside;
 #[cfg(feature = "alloc")]
 pub use paper::paper_pairs;
 pub use partition::{Edge, Partition, PartitionTables};

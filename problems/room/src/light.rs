@@ -74,15 +74,14 @@ impl<F: Real, C: Tint<F>> Room<'_, F, C> {
         let mut sum = self.white(zero());
         for &light in self.lights() {
             // There are such walls: `with_lights` has looked.
-            let Some(wall) = self.geometry().wall(light) else {
-                continue;
-            };
-            // Points of a wall do not see it, nor what is on its back, whatever rounding makes of their height.
-            let [a, b] = x.position();
-            let size = a.abs() + b.abs() + wall.length;
-            if wall.height(x.position()) > F::from_f64(8.0) * F::EPSILON * size {
-                let factor = self.form_factor_of_wall(x, light as usize);
-                sum = sum.plus(&self.emission(light).scaled(factor));
+            for (w, wall) in self.geometry().copies(light as usize) {
+                // Points of a wall do not see it, nor what is on its back, whatever rounding makes of their height.
+                let [a, b] = x.position();
+                let size = a.abs() + b.abs() + wall.length;
+                if wall.height(x.position()) > F::from_f64(8.0) * F::EPSILON * size {
+                    let [factor] = self.moments_of_part(x, &wall.part(w));
+                    sum = sum.plus(&self.emission(light).scaled(factor));
+                }
             }
         }
         sum
@@ -109,10 +108,9 @@ impl<F: Real, C: Tint<F>> Lights for Room<'_, F, C> {
     }
 
     fn arriving_lit<U: Uniforms<F>>(&self, x: &Point<F>, uniforms: &mut U) -> StartOf<Self> {
-        Start {
-            known: self.direct(x),
-            ..self.arriving(x, uniforms)
-        }
+        let start = self.arriving(x, uniforms);
+        let known = start.known.plus(&self.direct(x));
+        Start { known, ..start }
     }
 }
 
@@ -188,7 +186,7 @@ impl DirectLight {
         };
         let mut all = reserve(channels)?;
         for channel in 0..channels {
-            let mut walls: Vec<WallLight> = buffer(scene.walls.len())?;
+            let mut walls: Vec<WallLight> = buffer(scene.own)?;
             for (own, wall) in walls.iter_mut().zip(&scene.walls) {
                 own.length = wall.length;
             }

@@ -6,6 +6,7 @@ use fredholm_core::Value as _;
 use fredholm_core::galerkin::{Cells, Dense, GalerkinMatrix, Solution, buffer, legendre};
 use fredholm_surfaces::{Grey, Tint};
 
+use crate::moments::MOST;
 use crate::panels::gauss;
 use crate::views::parts;
 use crate::{Room, RoomError};
@@ -108,20 +109,45 @@ impl Matrix {
             return Err(RoomError::Length { expected, found });
         }
         let mut shares: Vec<f64> = buffer(self.cells)?;
-        // (nB)² numbers are there, so that nB is one. F is constant on walls.
-        let mut source = buffer(self.cells * self.functions)?;
-        let sources = source.iter_mut().step_by(self.functions);
+        // (nB)² numbers are there, so that nB is one. F is constant on walls, but for the light from outside.
+        let mut source: Vec<f64> = buffer(self.cells * self.functions)?;
+        let sources = source.chunks_exact_mut(self.functions);
         for (cell, (share, source)) in shares.iter_mut().zip(sources).enumerate() {
             let wall = room.partition().wall(cell).unwrap_or(usize::MAX);
             *share = tint.reflectance(wall as u32).get(channel);
             let most = room.geometry().material(wall);
-            *source = most.in_channel(tint, [wall, channel]).emission;
+            let own = most.in_channel(tint, [wall, channel]);
+            if !room.outside.is_empty() {
+                self.project_outside(room, cell, source);
+                source.iter_mut().for_each(|s| *s *= own.reflectance);
+            }
+            if let Some(first) = source.first_mut() {
+                *first += own.emission;
+            }
         }
         let coefficients = Shares {
             of: self.coefficients(),
             shares: &shares,
         };
         Ok(Solution::new(&coefficients, source, TOLERANCE, SWEEPS)?)
+    }
+}
+
+impl Matrix {
+    /// Adds the projection of what comes from outside on a cell.
+    fn project_outside(&self, room: &Room<'_, f64>, cell: usize, out: &mut [f64]) {
+        for [from, to] in parts(room, cell, &[]) {
+            for (place, weight) in places(self.functions.max(2)) {
+                let t = from + (to - from) * place;
+                let seen = room
+                    .inside(cell, t)
+                    .map_or(f64::NAN, |x| room.from_outside(&x));
+                let psi: [f64; MOST] = legendre(t + t - 1.0);
+                for (out, psi) in out.iter_mut().zip(psi) {
+                    *out += weight * (to - from) * seen * psi;
+                }
+            }
+        }
     }
 }
 

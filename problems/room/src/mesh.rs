@@ -65,7 +65,8 @@ impl Mesh {
             return Err(RoomError::Grading);
         }
         let corners = corners(scene);
-        let total: f64 = scene.walls.iter().map(|wall| wall.length).sum();
+        let walls = scene.geometry().walls();
+        let total: f64 = walls.iter().map(|wall| wall.length).sum();
         let mut mesh = Self {
             edges: Vec::new(),
             walls: Vec::new(),
@@ -76,7 +77,7 @@ impl Mesh {
         } else {
             Vec::new()
         };
-        for (w, (wall, corners)) in scene.walls.iter().zip(corners).enumerate() {
+        for (w, (wall, corners)) in walls.iter().zip(corners).enumerate() {
             let share = (cells as f64 * wall.length / total + 0.5) as usize;
             let mut cuts = cuts(share.max(1), corners, grading.exponent);
             for cut in &mut cuts {
@@ -199,7 +200,13 @@ fn corners(scene: &Scene) -> Vec<[bool; 2]> {
             })
     };
     let of = |(w, wall): (usize, &crate::Wall<f64>)| [meets(w, wall, 0), meets(w, wall, 1)];
-    scene.walls.iter().enumerate().map(of).collect()
+    scene
+        .geometry()
+        .walls()
+        .iter()
+        .enumerate()
+        .map(of)
+        .collect()
 }
 
 /// Whether a point is on the active side of the wall by more than the scene's smallest distance.

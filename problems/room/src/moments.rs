@@ -153,23 +153,26 @@ impl<F: Real, C> Room<'_, F, C> {
     /// [form factor](Self::form_factor).
     #[must_use]
     pub fn form_factors<const B: usize>(&self, x: &Point<F>, j: usize) -> [F; B] {
-        let Some(part) = self.partition().part(j) else {
+        let Some(wall) = self.partition().wall(j) else {
             return [F::NAN; B];
         };
-        if self.is_at_end(x, part.wall) {
-            let mut sums = [zero(); B];
-            self.in_corner(&x.viewer(), part.wall, &mut |cell, own: &[F; B]| {
-                if cell == j {
-                    sums = *own;
-                }
-            });
-            return sums;
+        let mut sums = [zero(); B];
+        for (w, _) in self.geometry().copies(wall) {
+            if self.is_at_end(x, w) {
+                self.in_corner(&x.viewer(), w, &mut |cell, own: &[F; B]| {
+                    if cell == j {
+                        plus(&mut sums, own);
+                    }
+                });
+            } else if let Some(part) = self.part_on(j, w) {
+                plus(&mut sums, &self.moments_of_part::<B>(x, &part));
+            }
         }
-        self.moments_of_part(x, &part)
+        sums
     }
 
     /// The moments of what a point sees of a part of a wall.
-    fn moments_of_part<const B: usize>(&self, x: &Point<F>, part: &Part<F>) -> [F; B] {
+    pub(crate) fn moments_of_part<const B: usize>(&self, x: &Point<F>, part: &Part<F>) -> [F; B] {
         let (viewer, mut sums) = (x.viewer(), [zero(); B]);
         let mut piece = |whole, right, left| {
             plus(
@@ -186,11 +189,14 @@ impl<F: Real, C> Room<'_, F, C> {
     /// The form factor from `x` to a whole wall, by what x sees of it; NaN if there is no such wall.
     #[must_use]
     pub fn form_factor_of_wall(&self, x: &Point<F>, wall: usize) -> F {
-        let Some(found) = self.geometry().walls().get(wall) else {
+        if wall >= self.geometry().walls().len() {
             return F::NAN;
-        };
-        let [factor] = self.moments_of_part(x, &found.part(wall as u32));
-        factor
+        }
+        let copies = self.geometry().copies(wall);
+        copies.fold(zero(), |sum, (w, found)| {
+            let [factor] = self.moments_of_part(x, &found.part(w));
+            sum + factor
+        })
     }
 
     /// Calls `each` with the cells that a point sees and their [moments](Self::form_factors), wall by wall; with one that is seen in several
@@ -202,15 +208,15 @@ impl<F: Real, C> Room<'_, F, C> {
         x: &Point<F>,
         mut each: impl FnMut(usize, &[F; B]),
     ) {
-        let (geometry, cells, viewer) = (self.geometry(), self.partition(), x.viewer());
-        for (w, wall) in (0..).zip(geometry.walls()) {
+        let (geometry, viewer) = (self.geometry(), x.viewer());
+        for (w, wall) in (0..).zip(geometry.all()) {
             if self.is_at_end(x, w) {
                 self.in_corner(&viewer, w, &mut each);
                 continue;
             }
             let mut piece = |_, right, left| {
                 self.cells_between(viewer.position, w, [right, left], |cell, ends, whole| {
-                    if let Some(part) = cells.part(cell) {
+                    if let Some(part) = self.part_on(cell, w) {
                         each(cell, &self.moments_of(&viewer, &part, (ends, whole)));
                     }
                 });
@@ -233,9 +239,12 @@ impl<F: Real, C> Room<'_, F, C> {
         wall: u32,
         each: &mut impl FnMut(usize, &[F; B]),
     ) {
-        let range = self.partition().range(wall);
-        for cell in [range.start, range.end.saturating_sub(1)] {
-            let part = self.partition().part(cell);
+        let range = self.partition().range(self.geometry().original(wall));
+        let (first, last) = (range.start, range.end.saturating_sub(1));
+        // Once, of a wall of one cell.
+        let both = (first..=last).step_by(last.saturating_sub(first).max(1));
+        for cell in both {
+            let part = self.part_on(cell, wall);
             if let Some(part) = part.filter(|part| part.ends.contains(&viewer.position)) {
                 // The directions are not asked for.
                 let nothing = [[zero(); 2]; 2];

@@ -5,16 +5,19 @@ use core::ops::Range;
 use fredholm_core::array::Each;
 use fredholm_core::galerkin::{Basis, Cells};
 use fredholm_core::global::Stationary;
-use fredholm_core::{Chain, Density, Equation, Located, Real, Space, Uniforms, Value};
+use fredholm_core::{
+    Chain, Density, Equation, Located, Real, Space, Start, StartOf, Uniforms, Value,
+};
 use fredholm_surfaces::{Colours, Grey, Tint};
 use num_traits::{one, zero};
 
 use crate::geometry::{Backs, Geometry, Wall, lambert, nobody};
 use crate::moments::MOST;
+use crate::outside::Outside;
 use crate::panels::Panels;
 use crate::partition::Partition;
 use crate::vector::{Vector, along, cross, dot, norm, sub};
-use crate::visible::Viewer;
+use crate::visible::{Part, Viewer};
 use crate::{Hit, RoomError};
 
 /// A point of a wall, with what its maker knew: wall, distance from the wall's first vertex, cell.
@@ -90,6 +93,7 @@ pub struct Room<'a, F, C = Grey> {
     lengths: &'a [f64],
     /// The walls whose emission the last step leads to.
     pub(crate) lights: &'a [u32],
+    pub(crate) outside: &'a [Outside<F>],
     /// Rules for every number of functions on a cell.
     panels: [Panels<F>; MOST],
     tint: C,
@@ -123,6 +127,7 @@ impl<'a, F: Real> Room<'a, F> {
             partition,
             lengths,
             lights: &[],
+            outside: &[],
             panels: core::array::from_fn(|b| Panels::new(b + 1)),
             tint: Grey,
         }
@@ -168,6 +173,7 @@ impl<'a, F: Real, C> Room<'a, F, C> {
             partition: self.partition,
             lengths: self.lengths,
             lights: self.lights,
+            outside: self.outside,
             panels: self.panels,
             tint,
         }
@@ -177,6 +183,19 @@ impl<'a, F: Real, C> Room<'a, F, C> {
     #[must_use]
     pub fn grey(&self) -> Room<'a, F> {
         self.with_tint(Grey)
+    }
+
+    /// The room with light from outside.
+    #[cfg(feature = "alloc")]
+    pub(crate) fn with_outside(mut self, outside: &'a [Outside<F>]) -> Self {
+        self.outside = outside;
+        self
+    }
+
+    /// Whether light comes from outside.
+    #[must_use]
+    pub const fn has_outside(&self) -> bool {
+        !self.outside.is_empty()
     }
 
     /// The walls.
@@ -239,6 +258,12 @@ impl<'a, F: Real, C> Room<'a, F, C> {
 
     #[inline]
     pub(crate) fn point_of(&self, wall: u32, found: &Wall<F>, fraction: F) -> Point<F> {
+        let original = self.geometry.original(wall);
+        let found = match self.geometry.wall(original) {
+            Some(own) if original != wall => own,
+            _ => found,
+        };
+        let wall = original;
         let hit = Hit {
             wall,
             fraction,
@@ -275,6 +300,21 @@ impl<'a, F: Real, C> Room<'a, F, C> {
         self.point_of(number as u32, wall, F::from_f64(fraction.clamp(0.0, 1.0)))
     }
 
+    /// A cell as it lies on its wall, or on a copy of that.
+    #[inline]
+    pub(crate) fn part_on(&self, cell: usize, w: u32) -> Option<Part<F>> {
+        let part = self.partition.part(cell)?;
+        if part.wall == w {
+            return Some(part);
+        }
+        let (wall, (_, from, to)) = (self.geometry.wall(w)?, self.partition.edges(cell)?);
+        Some(Part {
+            wall: w,
+            ends: [wall.at(from.along), wall.at(to.along)],
+            length: part.length,
+        })
+    }
+
     /// Calls `each` with the cells of a wall that lie between two directions from a point, from right to left: the directions between which
     /// each is seen, and whether that is all of it.
     #[inline]
@@ -292,10 +332,17 @@ impl<'a, F: Real, C> Room<'a, F, C> {
         let [a, b] = wall.ends.each(|end| cross(right, sub(end, x)).abs());
         let sum = a + b;
         let fraction = if sum > zero() { a / sum } else { zero() };
-        let first = self.partition.find(w, fraction * wall.length) as usize;
-        let skip = first.saturating_sub(self.partition.range(w).start);
-        let edges = self.partition.of_wall(w).get(skip..).unwrap_or(&[]);
-        let mut edges = edges.iter().map(|edge| sub(edge.position, x));
+        let own = self.geometry.original(w);
+        let first = self.partition.find(own, fraction * wall.length) as usize;
+        let skip = first.saturating_sub(self.partition.range(own).start);
+        let edges = self.partition.of_wall(own).get(skip..).unwrap_or(&[]);
+        let mut edges = edges.iter().map(|edge| {
+            let position = match own == w {
+                true => edge.position,
+                false => wall.at(edge.along),
+            };
+            sub(position, x)
+        });
         let mut begin = edges.next().unwrap_or(right);
         let mut from = right;
         for (cell, end) in (first..).zip(edges) {
@@ -351,32 +398,32 @@ impl<'a, F: Real, C> Room<'a, F, C> {
             .map_or(F::NAN, |wall| wall.reflectance)
     }
 
-    /// cos θ_x cos θ_y/(2|x − y|) where each is in front of the other, as if nothing else stood in the room; 0 elsewhere.
+    /// cos θ_x cos θ_y/(2|x − y|) where each is in front of the other, as if nothing else stood in the room; 0 elsewhere. y is in this
+    /// place of this wall, or of a copy.
     #[inline]
-    pub(crate) fn facing(&self, x: &Point<F>, y: &Point<F>) -> F {
-        let (Some(from), Some(to)) = (self.geometry.wall(x.wall), self.geometry.wall(y.wall))
-        else {
+    fn facing(&self, x: &Point<F>, (wall, position): (u32, Vector<F>)) -> F {
+        let (Some(from), Some(to)) = (self.geometry.wall(x.wall), self.geometry.wall(wall)) else {
             return F::NAN;
         };
-        let [out, into] = [from.height(y.position), to.height(x.position)];
-        if x.wall == y.wall || !(out > zero() && into > zero()) {
+        let [out, into] = [from.height(position), to.height(x.position)];
+        if x.wall == wall || !(out > zero() && into > zero()) {
             return zero();
         }
-        let span = sub(y.position, x.position);
+        let span = sub(position, x.position);
         let square = dot(span, span);
         F::from_f64(0.5) * out * into / (square * square.sqrt())
     }
 
     /// Whether `x` sees `y`: the first wall on the way from x is that of y.
-    fn sees(&self, x: &Point<F>, y: &Point<F>) -> bool {
-        let to = sub(y.position, x.position);
+    fn sees(&self, x: &Point<F>, (wall, position): (u32, Vector<F>)) -> bool {
+        let to = sub(position, x.position);
         let length = norm(to);
         if !(length > zero()) {
             return false;
         }
         let direction = [to[0] / length, to[1] / length];
         let hit = self.geometry.cast(x.wall, x.position, direction);
-        hit.is_some_and(|hit| hit.wall == y.wall)
+        hit.is_some_and(|hit| hit.wall == wall)
     }
 }
 
@@ -394,11 +441,18 @@ impl<F: Real, C> Chain for Room<'_, F, C> {
 
 impl<F: Real, C> Density for Room<'_, F, C> {
     fn density(&self, x: &Point<F>, y: &Point<F>) -> F {
-        let density = self.facing(x, y);
-        if density > zero() && !self.sees(x, y) {
-            return zero();
+        let mut sum = zero();
+        for (number, wall) in self.geometry.copies(y.wall as usize) {
+            let place = match number == y.wall {
+                true => y.position,
+                false => wall.at(y.along),
+            };
+            let density = self.facing(x, (number, place));
+            if !(density > zero()) || self.sees(x, (number, place)) {
+                sum += density;
+            }
         }
-        density
+        sum
     }
 }
 
@@ -410,9 +464,14 @@ impl<F: Real, C: Tint<F>> Equation for Room<'_, F, C> {
         self.tint.reflectance(x.wall).scaled(self.reflectance(x))
     }
 
+    /// The emission of the wall, and what it reflects of the light from outside.
     #[inline]
     fn source<U: Uniforms<F>>(&self, x: &Point<F>, _: &mut U) -> C::Value {
-        self.emission(x.wall)
+        let own = self.emission(x.wall);
+        if self.outside.is_empty() {
+            return own;
+        }
+        own.plus(&self.kernel(x, x).scaled(self.from_outside(x)))
     }
 
     #[inline(always)]
@@ -424,6 +483,16 @@ impl<F: Real, C: Tint<F>> Equation for Room<'_, F, C> {
     #[inline]
     fn size(&self, x: &Point<F>) -> F {
         self.reflectance(x)
+    }
+
+    /// What comes from outside is known.
+    fn arriving<U: Uniforms<F>>(&self, x: &Point<F>, uniforms: &mut U) -> StartOf<Self> {
+        let start = match self.step(x, uniforms) {
+            Some(y) => Start::of(self, y, one()),
+            None => Start::of(self, *x, zero()),
+        };
+        let known = self.white(self.from_outside(x));
+        Start { known, ..start }
     }
 }
 

@@ -14,6 +14,7 @@ use crate::covered::{self, Covered};
 use crate::error::Place;
 use crate::geometry::{Backs, Geometry, Node, Strip, Wall};
 use crate::hierarchy;
+use crate::outside::Outside;
 use crate::vector::{Vector, along, cross, dot, norm, sub};
 
 /// A surface: a polyline, its active side on the left.
@@ -33,9 +34,13 @@ pub struct Surface<'a> {
 /// rounding.
 #[derive(Clone, Debug)]
 pub struct Scene {
-    /// Pieces of segments, in the order of surfaces and, within one, in its direction.
+    /// Pieces of segments, in the order of surfaces and, within one, in its direction; behind them copies of all.
     pub(crate) walls: Vec<Wall<f64>>,
-    /// The segment of each.
+    /// The number of walls without copies.
+    pub(crate) own: usize,
+    /// The period, if there is one.
+    period: Option<Period>,
+    /// The segment of each wall.
     places: Vec<Place>,
     pub(crate) strips: Vec<Strip<f64>>,
     pub(crate) nodes: Vec<Node<f64>>,
@@ -45,6 +50,8 @@ pub struct Scene {
     pub(crate) vertices: Vec<Vector<f64>>,
     enclosure: Enclosure,
     covered: Vec<Covered>,
+    /// The light from outside.
+    pub(crate) outside: Vec<Outside<f64>>,
     /// The scene's smallest distance.
     pub(crate) smallest: f64,
 }
@@ -52,6 +59,23 @@ pub struct Scene {
 fn limits<F: Real>() -> Limits {
     Limits::of::<F>([1e12, 1e100], [1e-6, 1e-100])
 }
+
+/// What repeats to the right and to the left without end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Period {
+    length: f64,
+    /// The sine of the altitude below which rays may pass all copies.
+    lost: f64,
+    /// The middle of the room.
+    centre: f64,
+    /// Between which heights the walls are.
+    heights: [f64; 2],
+}
+
+/// The most copies on a side where rays may pass them all, the least, and about the most walls of them.
+const MOST_COPIES: usize = 64;
+const LEAST_COPIES: usize = 8;
+const COPIED_WALLS: usize = 4096;
 
 impl Scene {
     /// Checks the surfaces and builds what rays need. F is the scalar of the walks; coordinates are
@@ -62,6 +86,67 @@ impl Scene {
     /// # Errors
     /// All of [`RoomError`] that name a place or a surface.
     pub fn new<F: Real>(surfaces: &[Surface<'_>], enclosure: Enclosure) -> Result<Self, RoomError> {
+        Self::made::<F>(surfaces, enclosure, None)
+    }
+
+    /// An open room that repeats with a period, to the right and to the left without end: rows of modules, streets. What leaves a
+    /// period on the right enters the next one on the left.
+    ///
+    /// Rays meet copies of the walls, as many as can be met if walls that are connected reach from the lowest to the highest: nothing
+    /// passes under or over these without leaving for good. Where there are none as many as there is room for, and
+    /// [`lost`](Self::lost) says what may pass them.
+    ///
+    /// ```
+    /// use fredholm_room::{Grading, Material, Mesh, Outside, Scene, Surface, Tables};
+    ///
+    /// // Modules of length 1, tilted by 30°, a row every 2: what their lower ends see of the sky.
+    /// let black = [Material { reflectance: 0.0, emission: 0.0 }];
+    /// let points = [[0.0, 0.0], [0.75f64.sqrt(), 0.5]];
+    /// let modules = [Surface { points: &points, materials: &black }];
+    /// let scene = Scene::periodic::<f64>(&modules, 2.0)?;
+    /// let scene = scene.with_outside(Outside::sky(&[0.0, 90.0], &[[1.0; 2]]))?;
+    /// let mesh = Mesh::new::<f64>(&scene, 1, Grading::default())?;
+    /// let tables = Tables::<f64>::new(&scene, &mesh);
+    /// let room = tables.room();
+    /// let seen = room.from_outside(&room.on_wall(0, 0.0)?);
+    /// assert!((seen - 0.795_345_247_3).abs() < 1e-10 && scene.lost() == 0.0);
+    /// # Ok::<(), fredholm_room::RoomError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), and [`RoomError::Period`].
+    pub fn periodic<F: Real>(surfaces: &[Surface<'_>], period: f64) -> Result<Self, RoomError> {
+        Self::made::<F>(surfaces, Enclosure::Open, Some(period))
+    }
+
+    /// The largest share of what leaves any point evenly that may pass all copies of a room with a period, and is lost or counts as
+    /// the sky's; 0 where none can.
+    #[must_use]
+    pub fn lost(&self) -> f64 {
+        self.period.map_or(0.0, |own| own.lost)
+    }
+
+    /// A place in the period around which there are as many copies on either side. `None`: it is above or below all walls of a room
+    /// with a period.
+    #[must_use]
+    pub fn folded(&self, [x, y]: [f64; 2]) -> Option<[f64; 2]> {
+        let Some(own) = &self.period else {
+            return Some([x, y]);
+        };
+        let [low, high] = own.heights;
+        let turns = (x - own.centre) / own.length + 0.5;
+        let cut = turns as i64 as f64;
+        let turns = if cut > turns { cut - 1.0 } else { cut };
+        (low..=high)
+            .contains(&y)
+            .then_some([x - turns * own.length, y])
+    }
+
+    fn made<F: Real>(
+        surfaces: &[Surface<'_>],
+        enclosure: Enclosure,
+        period: Option<f64>,
+    ) -> Result<Self, RoomError> {
         let mut scene = Self::read::<F>(surfaces, enclosure)?;
         scene.smallest = limits::<F>().smallest * scene.extent::<F>()?;
         let epsilon = F::EPSILON.to_f64();
@@ -69,7 +154,10 @@ impl Scene {
         if let Some(short) = scene.walls.iter().position(is_short) {
             return Err(RoomError::ZeroLength(scene.places[short]));
         }
-        scene.join()?;
+        match period {
+            None => scene.join()?,
+            Some(length) => scene.repeat_without_end::<F>(length)?,
+        }
         scene.check_overlap()?;
         scene.index(surfaces.len(), epsilon);
         scene.check_crossings()?;
@@ -93,7 +181,7 @@ impl Scene {
                 self.first.push(w);
             }
         }
-        self.first.resize(surfaces + 1, self.places.len() as u32);
+        self.first.resize(surfaces + 1, self.own as u32);
         let margin = rounding(&self.walls, epsilon);
         (self.strips, self.nodes) = hierarchy::build(&self.walls, margin);
     }
@@ -101,8 +189,8 @@ impl Scene {
     /// Leaves out the parts of walls on which obstacles stand.
     fn leave_out_covered(&mut self) {
         let covered = covered::find(self, self.enclosure == Enclosure::Open);
-        let mut keep = alloc::vec![true; self.walls.len()];
-        for (w, by) in covered {
+        let mut keep = alloc::vec![true; self.own];
+        for (w, by) in covered.into_iter().filter(|(w, _)| *w < self.own) {
             self.covered.push(Covered {
                 place: self.places[w],
                 ends: self.walls[w].ends,
@@ -110,10 +198,91 @@ impl Scene {
             });
             keep[w] = false;
         }
-        let mut kept = keep.iter();
+        let mut kept = keep.iter().cycle();
         self.walls.retain(|_| kept.next() == Some(&true));
         let mut kept = keep.iter();
         self.places.retain(|_| kept.next() == Some(&true));
+        self.own = self.places.len();
+    }
+
+    /// Adds copies of the walls without end, as far as rays go.
+    fn repeat_without_end<F: Real>(&mut self, length: f64) -> Result<(), RoomError> {
+        let [low, high] = hull(&self.vertices);
+        let width = (high[0] - low[0]) / length;
+        // Written so that NaN fails.
+        if !(length > self.smallest && length.is_finite() && width <= 100.0) {
+            return Err(RoomError::Period);
+        }
+        // Copies as far as these lie over the room, and split its walls.
+        let mut near = 1;
+        while (near as f64) < width - 1e-9 {
+            near += 1;
+        }
+        self.repeat::<F>(length, near);
+        self.join()?;
+        self.walls.truncate(self.own);
+        self.places.truncate(self.own);
+        let is_barred = self.is_barred([low[1], high[1]]);
+        let room = (COPIED_WALLS / self.own.max(1)).clamp(LEAST_COPIES, MOST_COPIES);
+        let copies = if is_barred {
+            2 * near - 1
+        } else {
+            room.max(2 * near)
+        };
+        let rise = (high[1] - low[1]) / (length * (copies - near) as f64);
+        self.period = Some(Period {
+            length,
+            lost: if is_barred {
+                0.0
+            } else {
+                rise / Real::sqrt(1.0 + rise * rise)
+            },
+            centre: 0.5 * (low[0] + high[0]),
+            heights: [low[1], high[1]],
+        });
+        self.repeat::<F>(length, copies);
+        self.join()?;
+        self.places.truncate(self.own);
+        Ok(())
+    }
+
+    /// Whether connected walls reach from one height to another.
+    fn is_barred(&self, [low, high]: [f64; 2]) -> bool {
+        let mut sets = Forest::new(self.vertices.len());
+        for wall in &self.walls {
+            sets.unite(wall.vertices[0], wall.vertices[1]);
+        }
+        let mut heights: BTreeMap<u32, [f64; 2]> = BTreeMap::new();
+        for wall in &self.walls {
+            for (vertex, [_, y]) in wall.vertices.into_iter().zip(wall.ends) {
+                let own = heights.entry(sets.root(vertex)).or_insert([y; 2]);
+                *own = [own[0].min(y), own[1].max(y)];
+            }
+        }
+        let reaches =
+            |own: &[f64; 2]| own[0] <= low + self.smallest && own[1] >= high - self.smallest;
+        heights.values().any(reaches)
+    }
+
+    /// Adds so many copies of all walls on either side.
+    fn repeat<F: Real>(&mut self, length: f64, copies: usize) {
+        let round = |x: f64| F::from_f64(x).to_f64();
+        let own = self.walls.clone();
+        let places = self.places.clone();
+        for turn in (1..=copies).flat_map(|k| [k as f64, -(k as f64)]) {
+            for raw in &own {
+                let number = self.vertices.len() as u32;
+                let moved = raw.ends.each(|[x, y]| [round(x + turn * length), y]);
+                self.vertices.extend(moved);
+                let material = Material {
+                    reflectance: raw.reflectance,
+                    emission: raw.emission,
+                };
+                let wall = wall([number, number + 1], &self.vertices, material);
+                self.walls.push(wall);
+            }
+            self.places.extend_from_slice(&places);
+        }
     }
 
     /// The parts of surfaces that lie under others, as an obstacle covers a part of the wall on which it stands. They are
@@ -143,7 +312,9 @@ impl Scene {
     /// The surface, and the vertex of it where the segment begins, to which a wall belongs.
     #[must_use]
     pub fn place(&self, wall: usize) -> Option<Place> {
-        self.places.get(wall).copied()
+        let is_wall = wall < self.walls.len();
+        let place = self.places.get(wall % self.own.max(1));
+        place.filter(|_| is_wall).copied()
     }
 
     /// The wall, and the fraction of it, at the fraction `t` of a surface's length, without what is covered of it.
@@ -193,12 +364,14 @@ impl Scene {
             &self.nodes,
             self.enclosure == Enclosure::Open,
         )
+        .with_copies(self.own)
     }
 
     /// No two walls may lie on each other and face the same side.
     fn check_overlap(&self) -> Result<(), RoomError> {
         let mut seen = BTreeMap::new();
-        for (wall, &second) in self.walls.iter().zip(&self.places) {
+        let places = self.places.iter().cycle();
+        for (wall, &second) in self.walls.iter().zip(places) {
             if let Some(first) = seen.insert(wall.vertices, second) {
                 return Err(RoomError::Overlap { first, second });
             }
@@ -272,6 +445,8 @@ impl Scene {
     fn read<F: Real>(surfaces: &[Surface<'_>], enclosure: Enclosure) -> Result<Self, RoomError> {
         let mut scene = Self {
             walls: Vec::new(),
+            own: 0,
+            period: None,
             places: Vec::new(),
             strips: Vec::new(),
             nodes: Vec::new(),
@@ -279,6 +454,7 @@ impl Scene {
             vertices: Vec::new(),
             enclosure,
             covered: Vec::new(),
+            outside: Vec::new(),
             smallest: 0.0,
         };
         let round = |x: f64| F::from_f64(x).to_f64();
@@ -311,6 +487,7 @@ impl Scene {
                 scene.places.push(place(v));
             }
         }
+        scene.own = scene.walls.len();
         Ok(scene)
     }
 
@@ -359,9 +536,14 @@ impl Scene {
         }
         splits.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
         let mut splits = splits.into_iter().peekable();
+        let count = self.walls.len();
         let walls = core::mem::take(&mut self.walls).into_iter();
         let places = core::mem::take(&mut self.places);
+        let own = self.own;
         for ((w, raw), place) in (0..).zip(walls).zip(places) {
+            if w as usize == own {
+                self.own = self.walls.len();
+            }
             let material = Material {
                 reflectance: raw.reflectance,
                 emission: raw.emission,
@@ -384,6 +566,9 @@ impl Scene {
                 return Err(RoomError::ZeroLength(place));
             }
             push(from, end);
+        }
+        if own >= count {
+            self.own = self.walls.len();
         }
         if u32::try_from(self.walls.len()).is_err() {
             return Err(RoomError::Cells);

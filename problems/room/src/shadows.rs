@@ -5,15 +5,19 @@ use fredholm_core::array::Each;
 
 use crate::closed::standing_out;
 use crate::geometry::{Backs, nobody};
+use crate::outside::Outside;
 use crate::scene::Scene;
 use crate::vector::{Vector, along, cross, norm, sub};
 use crate::views::ShadowEnd;
 
-/// Distances along every wall at which an end of a light is in line with a vertex that stands out
+/// Distances along every wall at which an end of a light, or a sun, is in line with a vertex that stands out
 /// into the room, both seen: there its shadow begins or ends, and u has a kink. A few are listed
 /// that change nothing.
 pub(crate) fn of_lights(scene: &Scene) -> Vec<Vec<f64>> {
-    lines(scene, &outstanding(scene), &ends_of_lights(scene))
+    let suns = scene.outside.iter();
+    let suns = suns.filter(|own| matches!(own, Outside::Sun { .. }));
+    let suns: Vec<_> = suns.flat_map(Outside::ends).copied().collect();
+    lines(scene, &outstanding(scene), &ends_of_lights(scene), &suns)
 }
 
 /// The ends of the shadows of lights on the walls of a scene, where u has kinks.
@@ -52,7 +56,13 @@ fn ends_of_lights(scene: &Scene) -> Vec<u32> {
 /// The cuts for every vertex behind one that stands out: all places at which what is seen of the
 /// walls changes.
 pub(crate) fn kinks(scene: &Scene) -> Vec<Vec<f64>> {
-    lines(scene, &outstanding(scene), &used(scene))
+    let ends: Vec<_> = scene
+        .outside
+        .iter()
+        .flat_map(Outside::ends)
+        .copied()
+        .collect();
+    lines(scene, &outstanding(scene), &used(scene), &ends)
 }
 
 /// The vertices that stand out into the room.
@@ -71,18 +81,19 @@ pub(crate) fn used(scene: &Scene) -> Vec<u32> {
     used
 }
 
-/// Where lines from a vertex of `far` past one of `near` meet a wall in sight of the latter.
-fn lines(scene: &Scene, near: &[u32], far: &[u32]) -> Vec<Vec<f64>> {
+/// Where lines from a vertex of `far`, or from one of the directions, past one of `near` meet a wall in sight of the latter.
+fn lines(scene: &Scene, near: &[u32], far: &[u32], farthest: &[Vector<f64>]) -> Vec<Vec<f64>> {
     let geometry = scene.geometry();
     let mut places: Vec<Vec<f64>> = alloc::vec![Vec::new(); scene.walls.len()];
     let at = |v: u32| scene.vertices.get(v as usize).copied().unwrap_or_default();
     for &v in near {
         let hub = at(v);
         let cast = |d: Vector<f64>| geometry.nearest(&nobody(hub), u32::MAX, hub, d, Backs::Block);
-        for &w in far.iter().filter(|&&w| w != v) {
-            let to = sub(at(w), hub);
-            let length = norm(to);
-            let d = [to[0] / length, to[1] / length];
+        let far = far.iter().filter(|&&w| w != v).map(|&w| sub(at(w), hub));
+        let far = far.map(|to| (to, norm(to), norm(to)));
+        let farthest = farthest.iter().map(|&to| (to, 1.0, f64::INFINITY));
+        for (to, size, length) in far.chain(farthest) {
+            let d = [to[0] / size, to[1] / size];
             // A ray through a vertex passes it on one side; vertices are often in line, and this is
             // about what can be seen from either side.
             let either = [0.0, 1e-9, -1e-9].each(|turn| [d[0] - turn * d[1], d[1] + turn * d[0]]);

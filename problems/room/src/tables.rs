@@ -6,6 +6,7 @@ use fredholm_core::array::Each;
 use fredholm_core::Real;
 
 use crate::geometry::{Geometry, Node, Strip, Wall};
+use crate::outside::Outside;
 use crate::partition::{Edge, Partition, PartitionTables};
 use crate::scene::rounding;
 use crate::{Enclosure, Mesh, Room, Scene};
@@ -21,6 +22,8 @@ pub struct Tables<F> {
     cell_walls: Vec<u32>,
     first: Vec<u32>,
     lengths: Vec<f64>,
+    own: usize,
+    outside: Vec<Outside<F>>,
 }
 
 impl<F: Real> Tables<F> {
@@ -55,10 +58,10 @@ impl<F: Real> Tables<F> {
             along: to(e.along),
             position: pair(e.position),
         };
-        let mut lengths = Vec::with_capacity(scene.walls.len() + 1);
+        let mut lengths = Vec::with_capacity(scene.own + 1);
         let mut sum = 0.0;
         lengths.push(sum);
-        for wall in &scene.walls {
+        for wall in scene.geometry().walls() {
             sum += wall.length;
             lengths.push(sum);
         }
@@ -71,13 +74,15 @@ impl<F: Real> Tables<F> {
             cell_walls: mesh.walls.clone(),
             first: mesh.first.clone(),
             lengths,
+            own: scene.own,
+            outside: scene.outside.iter().map(Outside::rounded).collect(),
         }
     }
 
     /// The walls.
     #[must_use]
     pub fn geometry(&self) -> Geometry<'_, F> {
-        Geometry::made(&self.walls, &self.strips, &self.nodes, self.open)
+        Geometry::made(&self.walls, &self.strips, &self.nodes, self.open).with_copies(self.own)
     }
 
     /// The partition.
@@ -99,6 +104,6 @@ impl<F: Real> Tables<F> {
     /// The room with these tables.
     #[must_use]
     pub fn room(&self) -> Room<'_, F> {
-        Room::made(self.geometry(), self.partition(), &self.lengths)
+        Room::made(self.geometry(), self.partition(), &self.lengths).with_outside(&self.outside)
     }
 }

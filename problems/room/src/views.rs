@@ -71,7 +71,7 @@ pub(crate) fn edges(room: &Room<'_, f64>, cell: usize, t: f64, shadows: &[Shadow
         return Vec::new();
     };
     let mut all: Vec<Edge> = Vec::new();
-    for wall in geometry.walls() {
+    for wall in geometry.all() {
         for (&position, &vertex) in wall.ends.iter().zip(&wall.vertices) {
             let ahead = dot(own.normal(), sub(position, x.position())) > 0.0;
             if ahead && !own.vertices.contains(&vertex) {

@@ -36,9 +36,16 @@ fn directions<F: Real>(
     if !(to.height(position) > zero()) || from.vertices == [last, first] {
         return None;
     }
-    let normal = from.normal();
-    let mut directions = part.ends.each(|end| sub(end, position));
-    let heights = directions.each(|d| dot(normal, d));
+    in_front(from, part.ends.each(|end| sub(end, position)))
+}
+
+/// The directions between two, from right to left, that lead to the active side of a wall.
+#[inline]
+pub(crate) fn in_front<F: Real>(
+    from: &Wall<F>,
+    mut directions: [Vector<F>; 2],
+) -> Option<[Vector<F>; 2]> {
+    let heights = directions.each(|d| dot(from.normal(), d));
     if !(heights[0] > zero() || heights[1] > zero()) {
         return None;
     }
@@ -128,6 +135,26 @@ impl<F: Real> Geometry<'_, F> {
         });
     }
 
+    /// Calls `piece` for every interval of directions between two, from right to left, in which nothing is in the way of a ray from a
+    /// point of a wall, or from nobody's.
+    pub(crate) fn open_pieces(
+        &self,
+        own: &Wall<F>,
+        from: &Viewer<F>,
+        between: [Vector<F>; 2],
+        mut piece: impl FnMut(Vector<F>, Vector<F>),
+    ) {
+        let [right, left] = between;
+        if !(cross(right, left) > zero()) {
+            return;
+        }
+        // A wall of which everything is in front.
+        let mut far = nobody(from.position);
+        far.tangent = [zero(); 2];
+        let part = far.part(u32::MAX);
+        self.sweep((own, from), (&far, &part), between, |_, a, b| piece(a, b));
+    }
+
     /// The pieces of a part between two directions that no segment hides.
     fn sweep(
         &self,
@@ -140,7 +167,7 @@ impl<F: Real> Geometry<'_, F> {
         let uncut = part.ends.each(|end| sub(end, x));
         let mut low = right;
         // Every turn of the loop passes at least one end of a shadow.
-        for _ in 0..=2 * self.walls().len() {
+        for _ in 0..=2 * self.all().len() {
             let (mut reach, mut next) = (low, left);
             let outside = |node: &Node<F>| beyond(node, x, low, left, part, other);
             self.visit(outside, |segment| {

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::Path;
 
 use fredholm::Scalar;
-use fredholm::room::Surfaces;
+use fredholm::room::{Outside, Surfaces};
 use fredholm_factors::{Groups, room_factors};
 use fredholm_room::Scene;
 use serde::Serialize;
@@ -12,6 +12,7 @@ use serde::Serialize;
 use crate::args::FactorsArgs;
 use crate::deck::{self, Deck};
 use fredholm_file::npz::Archive;
+use fredholm_file::scene::SkyBands;
 
 use crate::failure::{Ended, Failure, print, say};
 use crate::file::{ProblemFile, kinds::Room};
@@ -23,6 +24,10 @@ use fredholm_file::parts::output::Output;
 
 /// The most surfaces of scenes and rooms of which a table is printed.
 const WIDEST: usize = 200;
+
+/// What View3D's format lacks.
+pub(crate) const NO_SKY: &str =
+    "`--out`: View3D's text format has no sky: write .json, .csv or .npz";
 
 /// Bytes of a form factor: twice as a number, and as text.
 const PAIR: usize = 48;
@@ -45,6 +50,9 @@ pub(crate) struct Factors {
     /// What only scenes in space have.
     #[serde(flatten)]
     pub(crate) space: Option<Space>,
+    /// What arrives at the sky, if there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) sky: Option<SkyTable>,
 }
 
 /// What is said of form factors in space beside them.
@@ -59,9 +67,6 @@ pub(crate) struct Space {
     /// The largest error that a form factor between polygons is estimated to have.
     pub(crate) estimated_error: f64,
     pub(crate) seconds: f64,
-    /// Only scenes with a sky have one.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) sky: Option<SkyTable>,
 }
 
 /// What arrives at a sky.
@@ -83,7 +88,9 @@ pub(crate) struct SkyPatch {
     pub(crate) name: String,
     pub(crate) altitudes: [f64; 2],
     pub(crate) azimuths: [f64; 2],
-    pub(crate) solid_angle: f64,
+    /// In space.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) solid_angle: Option<f64>,
 }
 
 /// Runs `factors`.
@@ -101,6 +108,7 @@ pub(crate) fn factors(args: &FactorsArgs, signals: &Signals) -> Result<Ended, Fa
             Format::Json => output.finish(table::json(&factors)?),
             Format::Csv => output.finish_with(|file| factors.csv(file)).map(drop),
             Format::Npz => output.finish(factors.npz()?),
+            Format::View3d if factors.sky.is_some() => return Err(Failure::input(NO_SKY)),
             Format::View3d => output.finish(factors.view3d()),
             Format::Idf => output.finish(factors.idf(&zone(args))?),
             Format::EpJson => output.finish(factors.epjson(&zone(args))),
@@ -235,7 +243,12 @@ pub(crate) fn of_file(name: &str, file: &ProblemFile, watts: bool) -> Result<Fac
             "{name}: form factors belong to rooms: `kind = \"room\"`, or a .vs2 deck"
         )));
     };
-    let surfaces = own.all_surfaces(file)?;
+    let mut surfaces = own.all_surfaces(file)?;
+    surfaces.outside = own.sky.as_ref().map_or_else(Vec::new, |sky| {
+        let mut all = sky.outside();
+        all.extend(Outside::below());
+        all
+    });
     refuse_beyond_memory(surfaces.names.len())?;
     let scene = match file.walk.scalar.value {
         Scalar::F32 => surfaces.scene::<f32>(),
@@ -246,10 +259,51 @@ pub(crate) fn of_file(name: &str, file: &ProblemFile, watts: bool) -> Result<Fac
         say(format_args!("note: {note}"));
     }
     if watts {
+        if own.sky.is_some() {
+            let message =
+                "`--watts` knows of surfaces alone: leave `sky` out, and say `open = true`";
+            return Err(Failure::input(message));
+        }
         return of_watts(surfaces, &scene);
     }
     let entries = room_factors(&scene).map_err(Failure::run)?;
-    Ok(Factors::of_rows(surfaces.names, &entries))
+    let (n, m) = (surfaces.names.len(), surfaces.outside.len());
+    let rows = entries.chunks_exact((n + m).max(1));
+    let inside: Vec<f64> = rows.clone().flat_map(|row| &row[..n]).copied().collect();
+    let mut factors = Factors::of_rows(surfaces.names, &inside);
+    factors.sky = own.sky.as_ref().map(|sky| {
+        let outside = rows.map(|row| &row[n..]);
+        sky_table(sky, outside.collect())
+    });
+    Ok(factors)
+}
+
+/// What arrives at the sky of a room, from rows with both sides of every band and the two quarters below.
+fn sky_table(sky: &SkyBands, rows: Vec<&[f64]>) -> SkyTable {
+    let mut patches = Vec::new();
+    // Of every patch the sides that it has.
+    let mut sides = Vec::new();
+    for (band, (ends, &sectors)) in sky.altitudes.windows(2).zip(&sky.sectors).enumerate() {
+        for sector in 0..sectors as usize {
+            let width = 360.0 / f64::from(sectors);
+            patches.push(SkyPatch {
+                name: format!("sky {}.{}", band + 1, sector + 1),
+                altitudes: [ends[0], ends[1]],
+                azimuths: [sector, sector + 1].map(|k| width * k as f64),
+                solid_angle: None,
+            });
+            let first = 2 * band + sector;
+            sides.push(first..first + 2 / sectors as usize);
+        }
+    }
+    let sum = |own: &[f64]| own.iter().sum::<f64>();
+    let of_row = |row: &&[f64]| sides.iter().map(|own| sum(&row[own.clone()])).collect();
+    SkyTable {
+        patches,
+        factors: rows.iter().map(of_row).collect(),
+        below: rows.iter().map(|row| sum(&row[row.len() - 2..])).collect(),
+        std_errors: None,
+    }
 }
 
 /// What surfaces of even radiosity give each other.
@@ -294,6 +348,7 @@ impl Factors {
             std_errors: None,
             unit: None,
             space: None,
+            sky: None,
         }
     }
 
@@ -303,7 +358,7 @@ impl Factors {
     }
 
     fn sky(&self) -> Option<&SkyTable> {
-        self.space.as_ref()?.sky.as_ref()
+        self.sky.as_ref()
     }
 
     /// The shares of a surface that arrive at the sky and below the horizon; none without a sky.
@@ -413,7 +468,7 @@ impl Factors {
             archive.numbers("below", &[count], sky.below.iter())?;
             let bounds = |p: &SkyPatch| {
                 let ([a, b], [c, d]) = (p.altitudes, p.azimuths);
-                [a, b, c, d, p.solid_angle]
+                [a, b, c, d, p.solid_angle.unwrap_or(f64::NAN)]
             };
             let patches: Vec<f64> = sky.patches.iter().flat_map(bounds).collect();
             archive.numbers("patches", &[m, 5], patches.iter())?;
@@ -449,7 +504,7 @@ impl Factors {
     fn remarks(&self, args: &FactorsArgs) {
         let Some(space) = &self.space else { return };
         let sums = (0..self.factors.len()).map(|k| self.sum(k));
-        if !args.grey && (!space.open || space.sky.is_some()) {
+        if !args.grey && (!space.open || self.sky.is_some()) {
             let off = sums.map(|sum| (sum - 1.0).abs()).fold(0.0, f64::max);
             say(format_args!("row sums: at most {off:.1e} from 1"));
         }

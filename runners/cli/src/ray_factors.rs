@@ -131,7 +131,6 @@ pub(crate) fn by_rays(
         rows: parts.rows.as_ref().map(|rows| parts.row_names(rows)),
         unit: None,
         space: Some(Space {
-            sky: sky.map(|sky| sky_table(sky, &found, &rows)),
             areas: found.areas().to_vec(),
             emissivities: parts.emissivities.clone(),
             open: parts.open,
@@ -140,6 +139,7 @@ pub(crate) fn by_rays(
             estimated_error: largest,
             seconds: 0.0,
         }),
+        sky: sky.map(|sky| sky_table(sky, &found, &rows)),
     };
     Ok((result, is_finished))
 }

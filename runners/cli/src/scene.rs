@@ -15,7 +15,7 @@ use fredholm_scene::{Place, Scene};
 use rayon::prelude::*;
 
 use crate::args::{FactorMethod, FactorsArgs};
-use crate::factors::{Computed, Factors, SkyPatch, SkyTable, Space};
+use crate::factors::{Computed, Factors, NO_SKY, SkyPatch, SkyTable, Space};
 use crate::failure::{Ended, Failure, print, say};
 use crate::file;
 use crate::numbers::aligned;
@@ -65,9 +65,7 @@ pub(crate) fn factors(
     let is_text = |path: &PathBuf| path.extension().is_some_and(|e| e == "txt");
     let writes_text = args.out.as_ref().is_some_and(is_text);
     if file.sky.is_some() && writes_text {
-        return Err(Failure::input(
-            "`--out`: View3D's text format has no sky: write .json, .csv or .npz",
-        ));
+        return Err(Failure::input(NO_SKY));
     }
     if !args.rows.is_empty() && writes_text {
         return Err(Failure::input(
@@ -433,7 +431,6 @@ fn exact(
         std_errors: None,
         unit: None,
         space: Some(Space {
-            sky: sky_table,
             areas,
             emissivities: parts.emissivities.clone(),
             open: parts.open,
@@ -442,10 +439,11 @@ fn exact(
             estimated_error: sky_error,
             seconds: 0.0,
         }),
+        sky: sky_table,
     };
     if let Some(rows) = chosen {
         result.factors = result.factors.chosen(rows.iter().copied(), 0.0);
-        if let Some(sky) = result.space.as_mut().and_then(|space| space.sky.as_mut()) {
+        if let Some(sky) = result.sky.as_mut() {
             sky.factors = rows.iter().map(|&row| sky.factors[row].clone()).collect();
             sky.below = rows.iter().map(|&row| sky.below[row]).collect();
         }
@@ -536,7 +534,7 @@ pub(crate) fn patches_of(sky: &Sky) -> Vec<SkyPatch> {
             name,
             altitudes: own.altitudes,
             azimuths: own.azimuths,
-            solid_angle: own.solid_angle,
+            solid_angle: Some(own.solid_angle),
         })
         .collect()
 }

@@ -98,7 +98,15 @@ pub(crate) fn solve<F: Real>(reflectance: f64, seed: u64) -> Option<bool> {
     for options in all_options(seed) {
         all &= is_near(&walks(&room, &neighbour, point, options)?)
             & is_near(&walks(&room, &neighbour, mean()?, options)?)
-            & is_near(&walks(&room, &neighbour, Irradiance(mean()?), options)?);
+            & is_near(&walks(
+                &room,
+                &neighbour,
+                Irradiance {
+                    room: &room,
+                    of: mean()?,
+                },
+                options,
+            )?);
     }
     Some(all)
 }

@@ -29,11 +29,17 @@ fn irradiance_needs_no_reflectance() {
     setup.with::<f64, _>(Way::Rays, |room, neighbour, v| {
         let x = room.on_wall(0, 0.37).unwrap();
         let value = room.irradiance_of::<f64, 1>(&x, v);
-        let point = Goal::new(Irradiance(At(x)), Some(value));
+        let point = Goal::new(Irradiance { room, of: At(x) }, Some(value));
         let options = absorbed(Estimator::Collision, 1);
         let statistics = run(room, neighbour, &point, options, 20_000);
         assert_ok(&drawing, "irradiance", means(&statistics, Some(1.0), 1e-13));
-        let mean = Goal::new(Irradiance(MeanOver::new(room, 0..1).unwrap()), None);
+        let mean = Goal::new(
+            Irradiance {
+                room,
+                of: MeanOver::new(room, 0..1).unwrap(),
+            },
+            None,
+        );
         let statistics = run(room, neighbour, &mean, WalkOptions::default(), 20_000);
         let outcome = means(&statistics, Some(1.0), 1e-13);
         assert_ok(&drawing, "mean irradiance", outcome);
@@ -57,7 +63,7 @@ fn an_open_scene_loses_light() {
             let value = room.irradiance_of::<f64, 1>(&x, v);
             // The lamp gets nothing back from black: v is exact.
             assert!((value - exact).abs() < 1e-14);
-            let point = Goal::new(Irradiance(At(x)), Some(value));
+            let point = Goal::new(Irradiance { room, of: At(x) }, Some(value));
             let options = absorbed(Estimator::Collision, 1);
             let statistics = run(room, neighbour, &point, options, 20_000);
             assert_ok(&drawing, "plates", means(&statistics, Some(exact), 1e-14));
@@ -74,7 +80,7 @@ fn the_energy_of_a_furnace_is_balanced() {
     setup.with::<f64, _>(Way::Rays, |room, neighbour, v| {
         let mean = MeanOver::everything(room);
         let out = Goal::new(mean.clone(), Some(mean.of(v)));
-        let into = Goal::new(Irradiance(mean), None);
+        let into = Goal::new(Irradiance { room, of: mean }, None);
         let (options, walks) = (WalkOptions::default(), 100_000);
         let out = run(room, neighbour, &out, options, walks).preconditioned();
         let options = WalkOptions { seed: 2, ..options };

@@ -379,6 +379,193 @@ fn a_furnace_is_in_balance() {
     }
 }
 
+/// A street of period 4 with a box on its ground and a screen of two sides, its walls and the sky all 1.
+const STREET: &str = "[problem]\nkind = 'room'\nsky = { altitudes = [0, 20, 90], sectors = [1, 2], emission = 1 }\nperiod = 4\n\
+    [[problem.surface]]\nname = 'street'\npoints = [[0, 2.5], [0, 0], [3, 0], [3, 1.5], [4, 2.5]]\nreflectance = 0.4\nemission = 0.6\n\
+    [[problem.surface]]\nname = 'box'\npoints = [[0.7, 0.1], [0.7, 0.8], [1.2, 0.8], [1.2, 0.1], [0.7, 0.1]]\nreflectance = 0\nemission = 1\n\
+    [[problem.surface]]\nname = 'screen'\ntwo_sided = true\npoints = [[1.6, 0.6], [2.5, 1.1]]\nreflectance = 0.7\nemission = 0.3\n\
+    [galerkin]\ncells = 20\ndegree = 1\n[walk]\nwalks = 200\n\
+    [[target]]\nname = 'box'\nover = 'box'\n[[target]]\nname = 'back'\nover = 'screen (back)'\n\
+    [[target]]\nname = 'point'\nat = { surface = 'street', t = 0.3 }\n";
+
+/// All that is seen is 1, in every way of walks, between the walls of another period, too.
+#[test]
+fn a_street_is_a_furnace_under_its_sky() {
+    let folder = Folder::new();
+    let air = "[[target]]\nname = 'air'\nat = [5.4, 0.5]\n";
+    let file = [STREET, air].concat();
+    let coloured = file.replace("period = 4", "period = 4\nchannels = ['a', 'b']");
+    for (file, options) in [
+        (&file, &["--pairs", "rays"][..]),
+        (&file, &["--pairs", "pointwise"]),
+        (&file, &["--global"]),
+        (&coloured, &["--pairs", "pointwise", "--last-step", "true"]),
+    ] {
+        let args = [options, &["--json"]].concat();
+        let ran = folder.solve(file, &args);
+        assert_eq!(ran.status, Some(0), "{ran:?}");
+        for target in list(&ran.json(), "targets") {
+            let mut count = 0;
+            let is_sum = target["name"]
+                .as_str()
+                .is_some_and(|name| name.ends_with(" sum"));
+            let exact = if is_sum { 2.0 } else { 1.0 };
+            // Of a global estimate the target itself.
+            for own in [target, &target["preconditioned"], &target["irradiance"]] {
+                let Some(found) = own["estimate"].as_f64() else {
+                    continue;
+                };
+                let error = own["std_error"].as_f64().unwrap_or(0.0);
+                // Integrals over kinks are as good as that.
+                let allowed = 4.5 * error + 2e-6;
+                assert!((found - exact).abs() <= allowed, "{options:?}: {target}");
+                count += 1;
+            }
+            assert!(count > 0, "{target}");
+        }
+    }
+    // Rows sum to 1 with the sky: of its three patches, and of what is below the horizon, which nothing sees.
+    let path = folder.file("street.toml", STREET);
+    let json = fredholm(&["factors", &path, "--json"]).quietly(0).json();
+    let rows = list(&json, "factors")
+        .iter()
+        .zip(list(&json["sky"], "factors"));
+    let mut all = 0.0;
+    for (row, sky) in rows {
+        let sum = |row: &serde_json::Value| -> f64 {
+            let row = row.as_array().unwrap();
+            row.iter().map(|f| f.as_f64().unwrap()).sum()
+        };
+        assert_eq!(sky.as_array().unwrap().len(), 3);
+        assert!((sum(row) + sum(sky) - 1.0).abs() < 1e-12, "{row} {sky}");
+        all += sum(sky);
+    }
+    assert!(all > 1.0, "{all}");
+    assert_eq!(
+        json["sky"]["below"],
+        serde_json::json!([0.0, 0.0, 0.0, 0.0])
+    );
+}
+
+/// In a street of black walls what falls on the ground is that of the form factor, √(1 + h²) − h, and of the part that the sun reaches. With
+/// walls that reflect all ways of walks agree.
+#[test]
+fn a_street_in_the_sun() {
+    let folder = Folder::new();
+    let file = |reflectance: f64| {
+        let surface = |name: &str, points: &str| {
+            format!(
+                "[[problem.surface]]\nname = '{name}'\npoints = {points}\nreflectance = {reflectance}\n"
+            )
+        };
+        let start = "[problem]\nkind = 'room'\nperiod = 2\nsky = { emission = 100 }\n\
+            [[problem.light]]\ntowards = [1, 2]\nirradiance = 900\n";
+        let walls = [
+            surface("west", "[[0, 1], [0, 0]]"),
+            surface("ground", "[[0, 0], [1, 0]]"),
+            surface("east", "[[1, 0], [1, 1], [2, 1]]"),
+        ];
+        let end = "[galerkin]\ncells = 30\ndegree = 1\n[walk]\nwalks = 2000\n\
+            [[target]]\nname = 'ground'\nover = 'ground'\nask = 'irradiance'\n";
+        [start, &walls.concat(), end].concat()
+    };
+    let irradiance = |reflectance: f64, options: &[&str]| {
+        let args = [options, &["--json"]].concat();
+        let ran = folder.solve(&file(reflectance), &args);
+        assert_eq!(ran.status, Some(0), "{ran:?}");
+        let json = ran.json();
+        let target = &list(&json, "targets")[0];
+        let own = match target["estimate"].is_number() {
+            true => target,
+            false => &target["preconditioned"],
+        };
+        [
+            number(own, "estimate"),
+            own["std_error"].as_f64().unwrap_or(0.0),
+        ]
+    };
+    let exact = 100.0 * (2f64.sqrt() - 1.0) + 900.0 * 0.5 * 2.0 / 5f64.sqrt();
+    for options in [&["--pairs", "rays"][..], &["--global"]] {
+        let [found, error] = irradiance(0.0, options);
+        assert!(
+            (found - exact).abs() < 4.5 * error + 1e-3,
+            "{options:?} {found} ± {error}"
+        );
+    }
+    let [rays, of_rays] = irradiance(0.6, &["--pairs", "rays"]);
+    assert!(rays > exact + 50.0, "{rays}");
+    for options in [&["--pairs", "pointwise"][..], &["--global"]] {
+        let [found, error] = irradiance(0.6, options);
+        let allowed = 4.5 * (error * error + of_rays * of_rays).sqrt() + 1e-3;
+        assert!(
+            (found - rays).abs() < allowed,
+            "{options:?} {found} {rays} {allowed}"
+        );
+    }
+}
+
+/// What belongs to other rooms, or is none, is said.
+#[test]
+fn skies_and_periods_that_are_refused() {
+    let folder = Folder::new();
+    for (from, to, words) in [
+        (
+            "sky = {",
+            "open = false\nsky = {",
+            "a closed room has no sky",
+        ),
+        ("sectors = [1, 2]", "sectors = [1, 3]", "has 1 sector, or 2"),
+        ("period = 4", "period = 0", "the period must be above 0"),
+        ("period = 4", "period = 0.01", "not less than a hundredth"),
+        (", emission = 1 }", " }", "this `sky` gives no light"),
+        (
+            "name = 'box'",
+            "name = 'screen (back)'",
+            "the back of a surface",
+        ),
+        (
+            "period = 4",
+            "light = [{ at = [1, 2], irradiance = 1 }]",
+            "a lamp is a surface",
+        ),
+        (
+            "period = 4",
+            "light = [{ towards = [0, 0], irradiance = 1 }]",
+            "not both 0",
+        ),
+        (
+            "period = 4",
+            "light = [{ towards = [0, 1], irradiance = -1 }]",
+            "0 or more",
+        ),
+    ] {
+        assert!(STREET.contains(from), "{from}");
+        let file = STREET.replacen(from, to, 1);
+        refused(&folder.solve(&file, &[]), &[words]);
+    }
+    let closed = STREET.replacen(
+        "sky = { altitudes = [0, 20, 90], sectors = [1, 2], emission = 1 }\nperiod = 4",
+        "light = [{ towards = [0, 1], irradiance = 1 }]",
+        1,
+    );
+    refused(&folder.solve(&closed, &[]), &["open rooms alone"]);
+    let method = STREET.replacen("degree = 1", "degree = 0", 1);
+    refused(
+        &folder.solve(&method, &["--method", "paper"]),
+        &["without a period"],
+    );
+    let path = folder.file("street.toml", STREET);
+    let table = folder.at("street.bin");
+    refused(
+        &fredholm(&["export", &path, "-o", &table]),
+        &["leave `sky`, `light` and `period` out"],
+    );
+    refused(
+        &fredholm(&["factors", &path, "--watts"]),
+        &["leave `sky` out"],
+    );
+}
+
 #[test]
 fn the_template_runs_as_it_stands() {
     let template = fredholm(&["init", "room"]).quietly(0).stdout;

@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 use fredholm::channels::Bands;
-use fredholm::room::{Colours, RoomModel, Surfaces};
+use fredholm::room::{Colours, Outside, RoomModel, Surfaces};
 use fredholm::{Ask, Error, Region, Subject, Target};
 use fredholm_room::Material as RoomMaterial;
 
@@ -16,6 +16,7 @@ use crate::deck::{self, Deck, DeckSurface};
 use crate::model::{NOTHING, grid};
 use crate::place::{InputError, Place, Placed};
 use crate::points::number;
+use crate::scene::{NO_BANDS, SkyBands, light, sky};
 use crate::section::{Field, Section, nearest};
 use crate::validate::{UNPRINTABLE, is_printable};
 use crate::{ProblemFile, Resolution, What};
@@ -39,6 +40,12 @@ pub struct Room {
     pub deck: Option<Placed<String>>,
     /// Whether light that leaves is absorbed.
     pub open: Placed<bool>,
+    /// The sky of an open room, if the file has one.
+    pub sky: Option<SkyBands>,
+    /// The suns that shine into it.
+    pub suns: Vec<Outside<f64>>,
+    /// The period with which it repeats, if it does.
+    pub period: Option<Placed<f64>>,
     /// Whether the net fluxes of all surfaces are wanted where there are temperatures.
     pub net_fluxes: Placed<bool>,
     /// The names of the channels; none if there is one.
@@ -51,14 +58,32 @@ pub struct Room {
     pub place: Place,
 }
 
+/// What the name of the back of a surface with two sides has at its end.
+const BACK: &str = " (back)";
+
+/// What is along a surface, in the other direction.
+fn reversed<T: Clone>(along: &[T]) -> Vec<T> {
+    along.iter().rev().cloned().collect()
+}
+
 /// Reads the rest of `[problem]` for a room.
 fn read(mut section: Section<'_, '_>) -> Result<Room, InputError> {
     let deck = section.read("deck", Field::string)?;
-    let open = section.read_or("open", Field::boolean, false)?;
+    let open = section.read("open", Field::boolean)?;
+    let sky = sky::read(&mut section, open.as_ref(), true)?;
+    let suns = light::suns(&mut section)?;
+    let period = section.read("period", Field::number)?;
+    let mut open = open.unwrap_or_else(|| Placed::default(period.is_some()));
+    open.value |= sky.is_some();
     let net_fluxes = section.read_or("net_fluxes", Field::boolean, true)?;
     let channels = section.optional("channels");
     let wavelengths = section.optional("wavelengths");
     let (channels, bands) = names_or_bands(channels.as_ref(), wavelengths.as_ref())?;
+    if let Some(wavelengths) = &wavelengths
+        && (sky.as_ref().is_some_and(|sky| sky.emissions.is_some()) || !suns.is_empty())
+    {
+        return Err(wavelengths.error(NO_BANDS));
+    }
     let kind = (channels.len(), bands.is_some());
     let surfaces = section.read("surface", |field| {
         field.tables("in `[[problem.surface]]`", |own| read_surface(own, kind))
@@ -67,6 +92,9 @@ fn read(mut section: Section<'_, '_>) -> Result<Room, InputError> {
     Ok(Room {
         deck,
         open,
+        sky,
+        suns,
+        period,
         net_fluxes,
         channels,
         bands,
@@ -91,17 +119,25 @@ impl Room {
             None => self.surfaces_of_file(),
         };
         all.open |= self.open.value;
+        if let Some(sky) = self.sky.as_ref().filter(|sky| sky.emissions.is_some()) {
+            all.outside = sky.outside();
+            all.heat |= sky.is_heat;
+        }
+        all.outside.extend(&self.suns);
+        all.period = self.period.as_ref().map(|period| period.value);
         all.without_fluxes = !self.net_fluxes.value;
         if self.channels.is_empty() {
             return Ok((all, None));
         }
         let channels = (self.channels.len(), self.bands.as_ref());
         let of = |(name, materials): (&String, &Vec<RoomMaterial>)| {
-            let own = self.surfaces.iter().find(|own| own.name.value == *name);
+            let find = |name: &str| self.surfaces.iter().find(|own| own.name.value == name);
             let reflectance = materials.first().map_or(0.0, |m| m.reflectance);
-            match own {
-                Some(own) => colours(&own.material, reflectance, channels),
-                None => materials.iter().map(|one| vec![*one; channels.0]).collect(),
+            let front = name.strip_suffix(BACK).and_then(find);
+            match (find(name), front) {
+                (Some(own), _) => colours(&own.material, reflectance, channels),
+                (None, Some(front)) => reversed(&colours(&front.material, reflectance, channels)),
+                (None, None) => materials.iter().map(|one| vec![*one; channels.0]).collect(),
             }
         };
         let materials = all.names.iter().zip(&all.materials).map(of).collect();
@@ -158,6 +194,17 @@ impl Room {
             all.materials.push(Vec::new());
             set_material(&mut all, i, &surface.material, 0.0);
         }
+        for (i, surface) in self.surfaces.iter().enumerate() {
+            if surface.two_sided.value {
+                let back = all.names.len();
+                all.names.push(surface.name.value.clone() + BACK);
+                all.points.push(reversed(&all.points[i]));
+                all.materials.push(reversed(&all.materials[i]));
+                if let Some(emissivities) = all.emissivities.get(&i) {
+                    all.emissivities.insert(back, reversed(emissivities));
+                }
+            }
+        }
         all
     }
 
@@ -175,6 +222,18 @@ impl Kind for Room {
             let message = "a room needs surfaces: `[[problem.surface]]`, or a `deck`";
             return Err(file.error(&self.place, message));
         }
+        if let Some(period) = self.period.as_ref().filter(|_| !self.open.value) {
+            let message = "a room with a period is open: leave `period` or `open = false` out";
+            return Err(file.error(&period.place, message));
+        }
+        if let Some(period) = &self.period {
+            let good = period.value > 0.0 && period.value.is_finite();
+            file.demand(period, good, "the period must be above 0")?;
+        }
+        if !self.suns.is_empty() && !self.open.value {
+            let message = "the sun of `[[problem.light]]` shines into open rooms alone: say `open = true`, or give it a `sky`";
+            return Err(file.error(&self.place, message));
+        }
         if let Some(points) = &file.galerkin.points {
             let message = "`points` belongs to cubes; a room has its own rules";
             return Err(file.refuse(points, message));
@@ -182,6 +241,16 @@ impl Kind for Room {
         let mut seen = HashMap::new();
         for surface in &self.surfaces {
             let name = &surface.name;
+            if surface.two_sided.value
+                && let Some(own) = self
+                    .surfaces
+                    .iter()
+                    .find(|own| own.name.value.strip_suffix(BACK) == Some(name.value.as_str()))
+            {
+                let message =
+                    "this is the name of the back of a surface with two sides: choose another";
+                return Err(file.refuse(&own.name, message));
+            }
             let good = !name.value.trim().is_empty() && name.value != "all";
             let message = "the name of a surface must not be empty, nor \"all\"";
             file.demand(name, good, message)?;
@@ -238,6 +307,8 @@ impl Kind for Room {
     }
 
     fn resolve(&self, file: &ProblemFile) -> Result<(Resolution, Vec<Target>), InputError> {
+        let sky = self.sky.as_ref();
+        sky.map_or(Ok(()), |sky| sky.refuse_dark(&file.source.name))?;
         let (surfaces, colours) = self.with_colours(file)?;
         let settings = file.settings();
         let cut = settings.discretisation();

@@ -108,19 +108,8 @@ fn triple(file: &ProblemFile, at: &Placed<Vec<Placed<f64>>>) -> Result<[f64; 3],
 impl Kind for Scene {
     fn validate(&self, file: &ProblemFile) -> Result<(), InputError> {
         self.file.refuse_nothing(&file.source)?;
-        if self
-            .file
-            .sky
-            .as_ref()
-            .is_some_and(|sky| sky.emissions.is_none())
-        {
-            let message = "this `sky` gives no light, which serves form factors, `fredholm factors`: walks need its \
-                           `emission` or `temperature`, `sky = { emission = 100 }`, or `open = true` in place of a sky";
-            return Err(InputError::new(format_args!(
-                "{}: {message}",
-                file.source.name
-            )));
-        }
+        let sky = self.file.sky.as_ref();
+        sky.map_or(Ok(()), |sky| sky.refuse_dark(&file.source.name))?;
         match &file.galerkin.points {
             Some(points) => {
                 let message = "`points` belongs to cubes: a scene's cells are fitted to rays";

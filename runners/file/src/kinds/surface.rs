@@ -16,6 +16,8 @@ pub struct Surface {
     pub name: Placed<String>,
     /// The vertices of the surface, the active side on the left; none for a surface of the deck.
     pub points: Option<Placed<Vec<Placed<[f64; 2]>>>>,
+    /// Whether the right side is active, too, as a surface of its own.
+    pub two_sided: Placed<bool>,
     /// The materials of the surface: one, or one for every segment.
     pub material: Material,
 }
@@ -27,6 +29,7 @@ pub(super) fn read_surface(
 ) -> Result<Surface, InputError> {
     let name = section.required("name")?.string()?;
     let points = section.read("points", read_points)?;
+    let two_sided = section.read_or("two_sided", Field::boolean, false)?;
     let fields = MaterialFields::of(&mut section);
     section.finish()?;
     let lists = |field: &Option<Field<'_, '_>>| {
@@ -65,6 +68,7 @@ pub(super) fn read_surface(
     Ok(Surface {
         name,
         points,
+        two_sided,
         material,
     })
 }
@@ -95,6 +99,10 @@ impl Surface {
             }
             (None, false) => return Err(file.error(&name.place, "this surface has no `points`")),
             _ => {}
+        }
+        if self.two_sided.value && is_of_deck {
+            let message = "surfaces of a deck have their sides there: leave `two_sided` out";
+            return Err(file.error(&self.two_sided.place, message));
         }
         if !is_of_deck {
             let missing = match &self.material {

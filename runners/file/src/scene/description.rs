@@ -98,7 +98,7 @@ pub(crate) fn of_problem(
     }
     let weld = problem.optional("weld").as_ref().map(length).transpose()?;
     let planes = symmetry::read(&mut problem)?;
-    let sky = sky::read(&mut problem, open.as_ref())?;
+    let sky = sky::read(&mut problem, open.as_ref(), false)?;
     let net_fluxes = problem.read("net_fluxes", Field::boolean)?;
     let photometric = problem.read("photometric", Field::boolean)?;
     let lights = light::read(&mut problem)?;

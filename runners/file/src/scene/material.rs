@@ -154,9 +154,7 @@ impl Reader<'_> {
     pub(super) fn refuse_light_in_bands(&self, field: &Field<'_, '_>) -> Result<(), InputError> {
         let has_sky = self.scene.sky.as_ref();
         if has_sky.is_some_and(|sky| sky.emissions.is_some()) || !self.scene.lights.is_empty() {
-            return Err(field.error(
-                "the light of a sky and of lamps does not say in which bands it is: leave it out, or `wavelengths`",
-            ));
+            return Err(field.error(super::NO_BANDS));
         }
         Ok(())
     }

@@ -6,12 +6,12 @@
 mod arrays;
 mod description;
 mod epjson;
-mod light;
+pub(crate) mod light;
 mod material;
 mod obj;
 mod outline;
 mod ply;
-mod sky;
+pub(crate) mod sky;
 mod stl;
 mod symmetry;
 mod times;
@@ -32,6 +32,10 @@ pub use arrays::{ArraySurface, SceneArrays};
 pub(crate) use description::of_problem;
 pub use description::{is_description, metres, parse_description};
 pub use sky::SkyBands;
+
+/// Why there are no bands of light from outside.
+pub(crate) const NO_BANDS: &str = "the light of a sky and of lamps does not say in which bands it is: leave it out, or `wavelengths`";
+
 pub use times::Times;
 
 pub use crate::section::nearest;

@@ -1,5 +1,6 @@
 //! The sky of an open scene: `sky = "uniform"`, or bands of patches, and its light.
 
+use fredholm::room::Outside;
 use fredholm_scene::{STEFAN_BOLTZMANN, SceneError, SkyLight};
 use toml::de::DeValue;
 
@@ -32,6 +33,28 @@ impl SkyBands {
         self.emissions.as_ref().map(light).transpose()
     }
 
+    /// The parts of the sky of a room, with what each gives, or with 0 if that is not said.
+    #[must_use]
+    pub fn outside(&self) -> Vec<Outside<f64>> {
+        let mut rest = self.emissions.iter().flatten().copied();
+        let mut next = || rest.next().unwrap_or(0.0);
+        let sides = self.sectors.iter().map(|&sectors| {
+            let first = next();
+            [first, if sectors > 1 { next() } else { first }]
+        });
+        Outside::sky(&self.altitudes, &sides.collect::<Vec<_>>())
+    }
+
+    /// Refuses a sky without light, of which walks know nothing.
+    pub(crate) fn refuse_dark(&self, name: &str) -> Result<(), InputError> {
+        if self.emissions.is_some() {
+            return Ok(());
+        }
+        let message = "this `sky` gives no light, which serves form factors, `fredholm factors`: walks need its \
+                       `emission` or `temperature`, `sky = { emission = 100 }`, or `open = true` in place of a sky";
+        Err(InputError::new(format_args!("{name}: {message}")))
+    }
+
     /// What a horizontal surface receives that nothing hides from it, in the unit of the emission; 0 if that is not said.
     #[must_use]
     pub fn horizontal(&self) -> f64 {
@@ -62,15 +85,18 @@ impl SkyBands {
 }
 
 /// What `sky` says; `open` is said, too, perhaps.
-pub(super) fn read(
+pub(crate) fn read(
     section: &mut Section<'_, '_>,
     open: Option<&Placed<bool>>,
+    is_plane: bool,
 ) -> Result<Option<SkyBands>, InputError> {
     let Some(field) = section.optional("sky") else {
         return Ok(None);
     };
     if open.is_some_and(|open| !open.value) {
-        return Err(field.error("a closed scene has no sky: leave out `sky` or `open = false`"));
+        let what = if is_plane { "room" } else { "scene" };
+        let message = format!("a closed {what} has no sky: leave out `sky` or `open = false`");
+        return Err(field.error(message));
     }
     let DeValue::Table(_) = &field.value else {
         if field.text()? != "uniform" {
@@ -90,10 +116,18 @@ pub(super) fn read(
         if let Some(other) = others.into_iter().flatten().next() {
             return Err(other.unsuited("a sky of the CIE has an `emission` alone"));
         }
-        return overcast(&cie, emission.as_ref()).map(Some);
+        return overcast(&cie, emission.as_ref(), is_plane).map(Some);
     }
     let mut sky = match (&altitudes, &sectors) {
-        (Some(altitudes), Some(sectors)) => bands(altitudes, sectors)?,
+        (Some(altitudes), Some(sectors)) => {
+            let own = bands(altitudes, sectors)?;
+            if is_plane && own.sectors.iter().any(|&n| n > 2) {
+                return Err(sectors.error(
+                    "a band of a room's sky has 1 sector, or 2: on the right, where x grows, and on the left",
+                ));
+            }
+            own
+        }
         (None, None) if emission.is_some() || temperature.is_some() => SkyBands::uniform(),
         _ => {
             return Err(own.source.error(
@@ -126,8 +160,13 @@ pub(super) fn read(
 const OVERCAST_BANDS: u32 = 30;
 
 /// The overcast sky of the CIE (S 011, ISO 15469), whose luminance at the altitude γ is (1 + 2 sin γ)/3 of that at the zenith: in bands, each
-/// with the luminance that gives a horizontal surface as much. `emission` is the irradiance of that surface.
-fn overcast(cie: &Field<'_, '_>, emission: Option<&Field<'_, '_>>) -> Result<SkyBands, InputError> {
+/// with the luminance that gives a horizontal surface as much. `emission` is the irradiance of that surface. In a plane cut through what is endless
+/// across it a direction at the altitude φ stands for all at cos ψ of it, with the weight cos²ψ: L is 1 + (16/3π) sin φ there.
+fn overcast(
+    cie: &Field<'_, '_>,
+    emission: Option<&Field<'_, '_>>,
+    is_plane: bool,
+) -> Result<SkyBands, InputError> {
     if cie.text()? != "overcast" {
         return Err(cie.error("`cie` must be \"overcast\"; other skies are bands of patches"));
     }
@@ -141,7 +180,17 @@ fn overcast(cie: &Field<'_, '_>, emission: Option<&Field<'_, '_>>) -> Result<Sky
     }
     let altitude = |band: u32| 90.0 * f64::from(band) / f64::from(OVERCAST_BANDS);
     let altitudes: Vec<f64> = (0..=OVERCAST_BANDS).map(altitude).collect();
+    let in_plane = |band: &[f64]| {
+        let [low, high] = [band[0], band[1]].map(f64::to_radians);
+        // Of the weight sin φ.
+        let all = libm::cos(low) - libm::cos(high);
+        let squares = (high - low) / 2.0 - (libm::sin(2.0 * high) - libm::sin(2.0 * low)) / 4.0;
+        3.0 / 7.0 * whole * (1.0 + 16.0 / (3.0 * core::f64::consts::PI) * squares / all)
+    };
     let emissions = altitudes.windows(2).map(|band| {
+        if is_plane {
+            return in_plane(band);
+        }
         let [low, high] = [band[0], band[1]].map(|degrees| libm::sin(degrees.to_radians()));
         // The mean of 3/7 (1 + 2s) with the weight s = sin γ.
         let moment = |s: f64| s * s / 2.0 + 2.0 * s * s * s / 3.0;

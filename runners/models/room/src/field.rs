@@ -167,7 +167,7 @@ impl<F: Real, C: Tint<F>> Walker<'_, '_, F, C> {
         let (air, of_air) = self.spots(positions.len(), &|number, to| {
             let seen = Seen {
                 room: self.equation,
-                position: positions[number].map(F::from_f64),
+                position: self.model.folded(positions[number]).map(F::from_f64),
             };
             if !self.is_inside(number, &seen) {
                 return Ok(());

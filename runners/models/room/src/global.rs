@@ -168,7 +168,18 @@ impl RoomField<'_> {
         of_degree!(self.functions - 1, B => room.all_form_factors::<B>(x, out));
     }
 
-    /// A quantity at a point of a wall, or its mean over a wall: a constant, and a multiple of the irradiance.
+    /// A quantity at a point of a wall: a constant, with what comes from outside, and a multiple of the irradiance from walls.
+    fn terms_at(
+        &self,
+        quantity: GlobalQuantity,
+        room: &Room<'_, f64>,
+        x: &Point<f64>,
+    ) -> Result<[f64; 2], Error> {
+        let [own, factor] = self.terms(quantity, x.wall())?;
+        Ok([own + factor * room.from_outside(x), factor])
+    }
+
+    /// A quantity on a wall: a constant, and a multiple of the irradiance.
     fn terms(&self, quantity: GlobalQuantity, wall: usize) -> Result<[f64; 2], Error> {
         let walls = self.cut.model.scene.geometry();
         let wall = walls.walls().get(wall);
@@ -225,7 +236,7 @@ impl RoomField<'_> {
             Region::On(surface, t) => {
                 let (wall, fraction) = self.cut.model.scene.along(*surface, *t)?;
                 let x = room.on_wall(wall, fraction)?;
-                let terms = self.terms(quantity, wall)?;
+                let terms = self.terms_at(quantity, room, &x)?;
                 // Nothing of the irradiance arrives in u of a black wall.
                 if terms[1] != 0.0 {
                     self.irradiance(room, &x, &mut moments);
@@ -237,9 +248,11 @@ impl RoomField<'_> {
                     return Err(Error::Internal("no light falls on a point in the air"));
                 }
                 let position = [0, 1].map(|k| x.get(k).copied().unwrap_or(f64::NAN));
-                Seen { room, position }.moments(self.functions, &mut moments);
+                let position = self.cut.model.folded(position);
+                let seen = Seen { room, position };
+                seen.moments(self.functions, &mut moments);
                 let rows = self.lifted(room)?;
-                self.contract([0.0, 1.0], &moments, rows, out);
+                self.contract([seen.sky(), 1.0], &moments, rows, out);
                 // What the highest degree is worth.
                 let highest = (rows.iter().zip(&moments)).skip(self.functions - 1);
                 let parts = highest.step_by(self.functions).map(|(v, m)| v * m);
@@ -276,7 +289,7 @@ impl RoomField<'_> {
             for (t, weight) in &rule {
                 let x = room.inside(cell, 0.5 + 0.5 * t);
                 let x = x.ok_or(Error::Internal("a cell that is none"))?;
-                let terms = self.terms(GlobalQuantity::U, x.wall())?;
+                let terms = self.terms_at(GlobalQuantity::U, room, &x)?;
                 self.irradiance(room, &x, &mut moments);
                 self.contract(terms, &moments, &self.rows, &mut image);
                 let psi: [f64; MOST_DEGREE + 1] = legendre(*t);

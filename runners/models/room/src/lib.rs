@@ -19,7 +19,7 @@ use fredholm_room::{Grading, Mesh, Scene, Seen, Tables};
 pub use field::{Field, FieldRequest, Stretch};
 pub use fredholm_model::channels::Colours;
 pub use fredholm_model::{Beside, Spot};
-pub use fredholm_room::Material;
+pub use fredholm_room::{Material, Outside};
 pub use surfaces::Surfaces;
 
 use fredholm_core::Statistics;
@@ -182,10 +182,18 @@ impl RoomModel {
         let room = &tables.room();
         let (ones, closed) = (vec![1.0; mesh.len()], !self.surfaces.open);
         let sees = |&position: &[f64; 2]| {
+            let Some(position) = self.scene.folded(position) else {
+                return false;
+            };
             let [_, share] = Seen { room, position }.of(&ones);
             field::is_inside(share, closed, f64::EPSILON)
         };
         Ok(positions.iter().map(sees).collect())
+    }
+
+    /// A place in the period of which there are copies on both sides.
+    pub(crate) fn folded(&self, position: [f64; 2]) -> [f64; 2] {
+        self.scene.folded(position).unwrap_or([f64::NAN; 2])
     }
 
     /// Refuses a region that it does not have, but for points in the air.
@@ -330,13 +338,16 @@ impl Model for RoomModel {
     }
 
     fn check(&self, discretisation: &Discretisation, pairs: Pairs) -> Result<(), Error> {
-        if pairs != Pairs::Paper || discretisation.degree == 0 && self.colours.is_none() {
+        let is_periodic = self.surfaces.period.is_some();
+        if pairs != Pairs::Paper
+            || discretisation.degree == 0 && self.colours.is_none() && !is_periodic
+        {
             return Ok(());
         }
         Err(Error::Option {
             subject: Subject::Pairs,
-            message: "the paper's pairs of cells are of functions that are constant on cells, in one channel: leave `pairs` and `method` \
-                      out, or `degree` and `channels`"
+            message: "the paper's pairs of cells are of functions that are constant on cells, in one channel, without a period: leave \
+                      `pairs` and `method` out, or `degree`, `channels` and `period`"
                 .to_owned(),
         })
     }

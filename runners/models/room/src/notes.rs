@@ -42,6 +42,13 @@ impl Surfaces {
                 "{more} more parts of walls are covered by others and left out"
             ));
         }
+        if scene.lost() > 0.0 {
+            notes.push(format!(
+                "no connected walls reach from the lowest to the highest, so that rays may pass all copies of a period that are kept: at \
+                 most {:.1e} of what leaves a point evenly",
+                scene.lost()
+            ));
+        }
         notes
     }
 

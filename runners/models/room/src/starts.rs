@@ -31,8 +31,8 @@ impl RoomModel {
         let channels = equation.channels();
         let mut add = |region: &Region, asked: &Asked| {
             let start = match (self.start(equation, region)?, asked.is_arriving) {
-                (Start::Point(at), true) => Start::Light(Irradiance(at)),
-                (Start::Mean(mean), true) => Start::LightMean(Irradiance(mean)),
+                (Start::Point(of), true) => Start::Light(Irradiance { room: equation, of }),
+                (Start::Mean(of), true) => Start::LightMean(Irradiance { room: equation, of }),
                 (other, _) => other,
             };
             let constant = Wide::<F, C>::splat(channels, asked.constant);
@@ -109,7 +109,8 @@ impl RoomModel {
                 Start::Point(At(room.on_wall(wall, fraction)?))
             }
             Region::Point(x) => {
-                let position = [0, 1].map(|k| F::from_f64(x.get(k).copied().unwrap_or(f64::NAN)));
+                let position = [0, 1].map(|k| x.get(k).copied().unwrap_or(f64::NAN));
+                let position = self.folded(position).map(F::from_f64);
                 Start::Air(Seen { room, position })
             }
             region => Start::Mean(Means::new(room, self.walls(region)?)?),
@@ -124,13 +125,11 @@ impl RoomModel {
         region: &Region,
     ) -> Result<Wide<F, C>, Error> {
         let channels = equation.channels();
-        if equation.lights().is_empty() {
-            return Ok(Wide::<F, C>::splat(channels, 0.0));
-        }
         Ok(match start {
-            Start::Point(At(x)) => equation.known(x).wide(),
             Start::Air(seen) => light_at(equation, seen),
-            Start::Light(Irradiance(At(x))) => equation.direct(x).wide(),
+            _ if equation.lights().is_empty() => Wide::<F, C>::splat(channels, 0.0),
+            Start::Point(At(x)) => equation.known(x).wide(),
+            Start::Light(Irradiance { of: At(x), .. }) => equation.direct(x).wide(),
             Start::Mean(_) | Start::LightMean(_) => {
                 let (direct, walls) = (self.direct()?, self.walls(region)?);
                 Wide::<F, C>::from_fn(channels, |channel| {
@@ -189,12 +188,12 @@ impl RoomModel {
     }
 }
 
-/// (F_s, Φ) of a point between the walls.
+/// (F_s, Φ) of a point between the walls, and what it sees of the sky.
 pub(crate) fn light_at<F: Real, C: Tint<F>>(
     equation: &Room<'_, F, C>,
     seen: &Seen<'_, '_, F, C>,
 ) -> Wide<F, C> {
-    let mut sum = Wide::<F, C>::splat(equation.channels(), 0.0);
+    let mut sum = Wide::<F, C>::splat(equation.channels(), seen.sky().to_f64());
     if equation.lights().is_empty() {
         return sum;
     }
@@ -212,8 +211,8 @@ pub(crate) enum Start<'r, 'a, F, C = Grey> {
     Point(At<Point<F>>),
     Mean(Means<'r, 'a, F, C>),
     Air(Seen<'r, 'a, F, C>),
-    Light(Irradiance<At<Point<F>>>),
-    LightMean(Irradiance<Means<'r, 'a, F, C>>),
+    Light(Irradiance<'r, 'a, F, At<Point<F>>, C>),
+    LightMean(Irradiance<'r, 'a, F, Means<'r, 'a, F, C>, C>),
 }
 
 impl<F: Real, C, E: Equation<Scalar = F, Point = Point<F>>> Functional<E> for Start<'_, '_, F, C> {

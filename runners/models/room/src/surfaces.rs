@@ -4,7 +4,7 @@ use core::fmt;
 use std::collections::BTreeMap;
 
 use fredholm_core::Real;
-use fredholm_room::{Enclosure, Material, Place, RoomError, Scene, Surface};
+use fredholm_room::{Enclosure, Material, Outside, Place, RoomError, Scene, Surface};
 
 use super::leaks;
 use fredholm_model::Error;
@@ -25,6 +25,10 @@ pub struct Surfaces {
     pub heat: bool,
     /// Whether light that leaves is absorbed.
     pub open: bool,
+    /// The light that comes into an open room from outside.
+    pub outside: Vec<Outside<f64>>,
+    /// The period with which an open room repeats to the right and to the left without end.
+    pub period: Option<f64>,
     /// Whether the net fluxes of all surfaces are left out although there are temperatures.
     pub without_fluxes: bool,
     /// Whether they are those of a View2D deck alone.
@@ -60,13 +64,23 @@ impl Surfaces {
     fn checked<F: Real>(&self, enclosure: Enclosure) -> Result<Scene, RoomError> {
         let surfaces = self.points.iter().zip(&self.materials);
         let surfaces = surfaces.map(|(points, materials)| Surface { points, materials });
-        Scene::new::<F>(&surfaces.collect::<Vec<_>>(), enclosure)
+        let surfaces: Vec<_> = surfaces.collect();
+        let scene = match self.period {
+            Some(period) => Scene::periodic::<F>(&surfaces, period)?,
+            None => Scene::new::<F>(&surfaces, enclosure)?,
+        };
+        scene.with_outside(self.outside.clone())
     }
 
     /// The point and direction in which light leaves a room that should be closed.
     #[must_use]
     pub fn leaving_ray(&self) -> Option<[[f64; 2]; 2]> {
-        match self.checked::<f64>(Enclosure::Closed) {
+        let walls = Self {
+            outside: Vec::new(),
+            period: None,
+            ..self.clone()
+        };
+        match walls.checked::<f64>(Enclosure::Closed) {
             Err(RoomError::Open {
                 from, direction, ..
             }) => Some([from, direction]),

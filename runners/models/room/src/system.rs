@@ -378,6 +378,14 @@ impl System for RoomSystem<'_> {
 
     fn tables(&self, _: Pairs) -> Result<TableBuilder, Error> {
         self.check_one_channel("device tables")?;
+        let surfaces = &self.cut.model.surfaces;
+        if !surfaces.outside.is_empty() || surfaces.period.is_some() {
+            return Err(Error::Option {
+                subject: Subject::Problem,
+                message: "device tables have no light from outside and no period: leave `sky`, `light` and `period` out"
+                    .to_owned(),
+            });
+        }
         in_scalar!(self.cut.cut.scalar, F => crate::export::room::<F>(self))
     }
 

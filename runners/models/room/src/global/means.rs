@@ -45,6 +45,22 @@ pub(super) fn moments(
     let functions = moments.len() / cells.len().max(1);
     let rule = gauss(POINTS)?;
     let mut error = 0.0;
+    let (mut outside, mut moved) = (0.0, 0.0);
+    for &(wall, [_, factor]) in walls.iter().filter(|_| room.has_outside()) {
+        for cell in cells.range(wall as u32) {
+            let arrival = Arrival {
+                room,
+                rule: &rule,
+                cell,
+                wall: None,
+                length: cells.length(cell),
+            };
+            let [fine, last] = arrival.integrals(1);
+            outside += scale * factor * fine[0];
+            moved += scale * factor * last[0];
+        }
+    }
+    error += moved;
     for (cell, (out, v)) in moments
         .chunks_exact_mut(functions)
         .zip(rows.chunks_exact(functions))
@@ -59,7 +75,7 @@ pub(super) fn moments(
                 room,
                 rule: &rule,
                 cell,
-                wall,
+                wall: Some(wall),
                 length: cells.length(cell),
             };
             let [fine, moved] = arrival.integrals(functions);
@@ -70,7 +86,7 @@ pub(super) fn moments(
         }
     }
     Ok(Means {
-        constant,
+        constant: constant + outside,
         error: f64::abs(error),
     })
 }
@@ -78,12 +94,12 @@ pub(super) fn moments(
 /// The most functions on a cell.
 const MOST: usize = 5;
 
-/// Light from a cell that arrives at a wall.
+/// Light from a cell that arrives at a wall, or light from outside that arrives at the cell.
 struct Arrival<'a, 'r> {
     room: &'a Room<'r, f64>,
     rule: &'a [(f64, f64)],
     cell: usize,
-    wall: usize,
+    wall: Option<usize>,
     length: f64,
 }
 
@@ -133,7 +149,10 @@ impl Arrival<'_, '_> {
             let Some(y) = self.room.inside(self.cell, place) else {
                 return [f64::NAN; MOST];
             };
-            let share = self.room.form_factor_of_wall(&y, self.wall);
+            let share = match self.wall {
+                Some(wall) => self.room.form_factor_of_wall(&y, wall),
+                None => self.room.from_outside(&y),
+            };
             let share = half * weight * self.length * share;
             let psi: [f64; MOST] = legendre(2.0 * place - 1.0);
             for (sum, psi) in sums.iter_mut().zip(psi) {

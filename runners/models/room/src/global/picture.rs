@@ -105,6 +105,7 @@ impl RoomField<'_> {
         let table = self.by_function(self.lifted(&room)?);
         let rows = REPLICATES + 1;
         let at = |position: [f64; 2]| {
+            let position = self.cut.model.folded(position);
             let (mut share, mut value, mut replicates) = (0.0, 0.0, [0.0; REPLICATES]);
             let mut is_middle = [false, true, false].into_iter().cycle();
             let seen = Seen {
@@ -135,7 +136,7 @@ impl RoomField<'_> {
             });
             if is_inside(share, closed, f64::EPSILON) {
                 Spot {
-                    value,
+                    value: value + seen.sky(),
                     error: over_replicates(&replicates).std_error,
                 }
             } else {
@@ -160,7 +161,7 @@ impl RoomField<'_> {
             let mut moments = vec![0.0; self.unknowns()];
             self.irradiance(&room, &x, &mut moments);
             let mut image = vec![0.0; IMAGE_HEAD + REPLICATES];
-            let terms = self.terms(GlobalQuantity::U, stretch.wall)?;
+            let terms = self.terms_at(GlobalQuantity::U, &room, &x)?;
             self.contract(terms, &moments, &self.rows, &mut image);
             spots[0] = spot(image[0], &image[IMAGE_HEAD..]);
             Ok::<(), Error>(())
