@@ -237,6 +237,25 @@ impl SceneFile {
         ))
     }
 
+    /// Which polygon of its file each polygon of a surface is a part of, from 0: meshes have some with more vertices than four, or off a plane.
+    #[must_use]
+    pub fn drawn(&self, surface: usize) -> Vec<usize> {
+        let places = self
+            .surfaces
+            .get(surface)
+            .map_or(&[][..], |own| &own.places);
+        let is_mesh = |file: u32| {
+            let origin = self.names.get(file as usize);
+            origin.is_some_and(|own| is_mesh(Path::new(own.name())))
+        };
+        let mut numbers = vec![0; places.len().min(1)];
+        for pair in places.windows(2) {
+            let is_part = pair[0] == pair[1] && is_mesh(pair[1].0);
+            numbers.push(numbers.last().copied().unwrap_or(0) + usize::from(!is_part));
+        }
+        numbers
+    }
+
     /// The place of a file in the list.
     fn file(&mut self, name: &str) -> u32 {
         self.names.push(Origin::Lines(name.to_owned()));
