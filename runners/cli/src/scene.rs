@@ -99,7 +99,7 @@ pub(crate) fn factors(
         Some(seconds) => Some(Instant::now() + solve::time_limit(seconds)?),
         None => None,
     };
-    let scene = file.scene::<f64>()?;
+    let scene = file.geometry()?;
     tell(&file, &scene);
     let sky = match &file.sky {
         Some(bands) => Some(Sky::bands(&bands.altitudes, &bands.sectors).map_err(Failure::run)?),
@@ -729,7 +729,7 @@ pub(crate) fn check(file: &SceneFile, out: Option<&Path>) -> Result<Ended, Failu
         };
         Output::open("--out", path)?.finish(table::drawn(drawing.draw())?)?;
     }
-    let scene = file.scene::<f64>()?;
+    let scene = file.geometry()?;
     tell(file, &scene);
     let sights = Sights::new(&scene, ERROR).map_err(Failure::run)?;
     let light = if file.open { "may leave" } else { "stays" };

@@ -204,6 +204,8 @@ pub enum GlobalQuantity {
     /// The net flux out of walls, in rooms and scenes: at a point in the unit of u, over a part in all. NaN where u does not tell
     /// it.
     NetFlux,
+    /// The share of the molecules which enter a vacuum by one surface that arrive at others.
+    Transmission,
 }
 
 impl GlobalQuantity {
@@ -214,6 +216,7 @@ impl GlobalQuantity {
             Self::U => region,
             Self::Irradiance => Region::Irradiance(Box::new(region)),
             Self::NetFlux => Region::NetFlux(Box::new(region)),
+            Self::Transmission => Region::Transmission(Box::new(region)),
         }
     }
 }
@@ -234,6 +237,11 @@ impl Choices for GlobalQuantity {
             value: Self::NetFlux,
             word: "net_flux",
             help: "What surfaces with temperatures lose, per area",
+        },
+        Choice {
+            value: Self::Transmission,
+            word: "transmission",
+            help: "The share of the molecules that enter a vacuum which arrive",
         },
     ];
 }

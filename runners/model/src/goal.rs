@@ -49,6 +49,8 @@ pub enum Region {
     Irradiance(Box<Self>),
     /// The net flux out of another region of surfaces with temperatures, in W/m²; of several surfaces the mean by area.
     NetFlux(Box<Self>),
+    /// The share of the molecules which enter a vacuum that arrive at another region.
+    Transmission(Box<Self>),
 }
 
 impl Region {
@@ -66,6 +68,7 @@ impl Region {
         match self {
             Self::Irradiance(of) => (GlobalQuantity::Irradiance, of),
             Self::NetFlux(of) => (GlobalQuantity::NetFlux, of),
+            Self::Transmission(of) => (GlobalQuantity::Transmission, of),
             of => (GlobalQuantity::U, of),
         }
     }

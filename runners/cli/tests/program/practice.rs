@@ -4,7 +4,7 @@ use core::fmt::Write as _;
 
 use crate::common;
 
-use common::{Folder, ended};
+use common::{Folder, ended, fredholm, refused};
 
 /// A polygon, and its surface's name.
 type Named<'a> = (&'a str, Vec<[f64; 3]>);
@@ -225,7 +225,7 @@ fn the_shadow_in_a_crater() {
     );
 }
 
-/// The description of a prism of so many sides in a tube of radius 1, closed by an inlet that gives 1 mbar l/s and an outlet.
+/// The description of a prism of so many sides in a tube of radius 1, and of what passes from one end to the other.
 fn prism(sides: usize, length: f64) -> String {
     let at = |k: usize, z: f64| {
         let (sine, cosine) = (core::f64::consts::TAU * (k % sides) as f64 / sides as f64).sin_cos();
@@ -237,42 +237,111 @@ fn prism(sides: usize, length: f64) -> String {
     let outlet: Vec<[f64; 3]> = (0..sides).rev().map(|k| at(k, length)).collect();
     format!(
         "[problem]\nkind = 'vacuum'\n[[problem.surface]]\nname = 'wall'\npolygons = {walls:?}\n\
-         [[problem.surface]]\nname = 'inlet'\npolygon = {inlet:?}\nsticking = 1\noutgassing = 1\n\
-         [[problem.surface]]\nname = 'outlet'\npolygon = {outlet:?}\nsticking = 1\n\
-         [[target]]\nname = 'outlet'\nover = 'outlet'\n"
+         [[problem.surface]]\nname = 'inlet'\npolygon = {inlet:?}\n\
+         [[problem.surface]]\nname = 'outlet'\npolygon = {outlet:?}\n\
+         [[target]]\nname = 'tube'\nask = 'transmission'\nfrom = 'inlet'\nover = 'outlet'\n"
     )
 }
 
-/// Molecules through a tube: the share that passes, the pressure at the outlet and the conductance belong together.
+/// Molecules through a tube: the share that passes, and the conductance.
 #[test]
 fn molecules_pass_a_tube() {
     let folder = Folder::new();
     let path = folder.file("tube.toml", prism(40, 1.0));
-    let json = ended(0, &["solve", &path, "--json", "--walks", "20000"]).json();
-    let of = |report: &serde_json::Value| {
-        ["estimate", "std_error"].map(|key| report[key].as_f64().unwrap())
+    let ran = ended(0, &["solve", &path, "--json", "--walks", "20000"]);
+    let target = &ran.json()["targets"][0];
+    assert_eq!(target["ask"], "transmission");
+    let of = |key: &str, unit: Option<&str>| {
+        assert_eq!(target[key]["unit"].as_str(), unit, "{target}");
+        ["estimate", "std_error"].map(|of| target[key][of].as_f64().unwrap())
     };
-    let outlet = common::list(&json, "surfaces")
-        .iter()
-        .find(|own| own["name"] == "outlet");
-    let [taken, error] = of(&outlet.unwrap()["net_flux"]);
     // Clausing's tube, of which 40 sides lack some 1e-4.
+    for own in ["plain", "preconditioned"] {
+        let [passed, error] = of(own, None);
+        let off = (passed - 0.671_984).abs();
+        assert!(
+            off < 4.0 * error + 1e-4 && error < 5e-3,
+            "{passed} ± {error}"
+        );
+    }
+    // A quarter of the mean speed of nitrogen at 20 °C, 470.70 m/s, times the inlet's area in litres.
+    let opening = 250.0 * 470.703 * 20.0 * (core::f64::consts::TAU / 40.0).sin();
+    let numbers = of("preconditioned", None)
+        .into_iter()
+        .zip(of("net_flux", Some("l/s")));
+    for (passed, conductance) in numbers {
+        assert!(
+            (conductance / (opening * passed) - 1.0).abs() < 1e-5,
+            "{conductance}"
+        );
+    }
+    let table = ended(0, &["solve", &path, "--walks", "100"]).stdout;
     assert!(
-        (taken + 0.671_984).abs() < 4.0 * error + 1e-4 && error < 5e-3,
-        "{taken} ± {error}"
+        table.contains("tube: transmission") && table.contains("conductance, l/s"),
+        "{table}"
     );
-    let target = &json["targets"][0];
-    assert_eq!(target["ask"], "irradiance");
-    let own = &target["preconditioned"];
-    assert_eq!(own["unit"], "mbar");
-    // A quarter of the mean speed of nitrogen at 20 °C, 470.70 m/s, pumps 1000 litres a cubic metre.
-    let area = 20.0 * (core::f64::consts::TAU / 40.0).sin();
-    let [pressure, error] = of(own);
-    let speed = 250.0 * 470.703 * area;
-    assert!(
-        (pressure * speed - 0.671_984).abs() < 4.0 * error * speed + 1e-4,
-        "{pressure} ± {error}"
-    );
+    assert!(!table.contains("throughput"), "{table}");
+    // What takes some molecules on the way, and an end of another size.
+    let changed = |from: &str, to: &str| {
+        let text = prism(40, 1.0).replace(from, to);
+        fredholm(&["solve", &folder.file("other.toml", text)])
+    };
+    let other = "[[target]]\nname = 'p'\nover = 'wall'\n[[target]]\nname = 'tube'";
+    for (from, to, why) in [
+        (
+            "from = 'inlet'\n",
+            "",
+            "a transmission is from one surface to another",
+        ),
+        (
+            "ask = 'transmission'\n",
+            "",
+            "`from` names where molecules enter",
+        ),
+        ("from = 'inlet'", "from = 'inlets'", "did you mean"),
+        (
+            "over = 'outlet'",
+            "over = 'inlet'",
+            "molecules enter by this surface",
+        ),
+        (
+            "over = 'outlet'",
+            "over = 'all'",
+            "a transmission is to surfaces",
+        ),
+        (
+            "[[target]]\nname = 'tube'",
+            other,
+            "ask for pressures in another file",
+        ),
+        (
+            "name = 'wall'\n",
+            "name = 'wall'\noutgassing = 1\n",
+            "leave out the outgassing",
+        ),
+        (
+            "name = 'outlet'\n",
+            "name = 'outlet'\npump = 100\n",
+            "leave out `sticking` and `pump`",
+        ),
+        (
+            "[[target]]",
+            "[walk]\nsensitivities = true\n[[target]]",
+            "derivatives of transmissions",
+        ),
+        (
+            "kind = 'vacuum'",
+            "kind = 'scene'",
+            "a transmission is of molecules",
+        ),
+    ] {
+        refused(&changed(from, to), &[why]);
+    }
+    let path = folder.file("tube.toml", prism(4, 1.0));
+    for option in [&["--global"][..], &["--adjoint", "true"]] {
+        let ran = fredholm(&[&["solve", &path], option].concat());
+        refused(&ran, &["leave `"]);
+    }
 }
 
 /// The manual's probabilities of transmission are those that the program computes.

@@ -162,7 +162,23 @@ impl SceneFile {
     /// # Errors
     /// What is wrong with it, with file and line, and the names of surfaces.
     pub fn scene<F: fredholm_core::Real>(&self) -> Result<Scene, InputError> {
-        let materials: Vec<[Material; 1]> = self.surfaces.iter().map(|s| [s.material]).collect();
+        self.scene_of::<F>(|own| own.material)
+    }
+
+    /// The scene with black surfaces, for what asks for places alone.
+    ///
+    /// # Errors
+    /// As [`Self::scene`].
+    pub fn geometry(&self) -> Result<Scene, InputError> {
+        self.scene_of::<f64>(|_| Material::BLACK)
+    }
+
+    fn scene_of<F: fredholm_core::Real>(
+        &self,
+        material: fn(&SceneSurface) -> Material,
+    ) -> Result<Scene, InputError> {
+        let materials = self.surfaces.iter().map(|own| [material(own)]);
+        let materials: Vec<[Material; 1]> = materials.collect();
         let surfaces: Vec<Surface<'_>> = self
             .surfaces
             .iter()

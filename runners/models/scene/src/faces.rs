@@ -86,6 +86,9 @@ impl SceneModel {
         if self.colours().is_some() {
             return refuse("values of all faces are those of one channel: leave `channels` out");
         }
+        if request.quantity == GlobalQuantity::Transmission {
+            return refuse("a transmission is one of surfaces: ask for irradiances");
+        }
         if request.quantity == GlobalQuantity::NetFlux && self.heat().is_none() {
             return refuse("a net flux is one of heat, and this is light: ask for irradiances");
         }
