@@ -344,6 +344,141 @@ fn molecules_pass_a_tube() {
     }
 }
 
+/// A duct as Molflow writes it, in centimetres, is the one that is described in metres.
+#[test]
+fn a_geometry_of_molflow_is_read() {
+    let folder = Folder::new();
+    let corners = [
+        [0, 0, 0],
+        [10, 0, 0],
+        [10, 10, 0],
+        [0, 10, 0],
+        [0, 0, 50],
+        [10, 0, 50],
+        [10, 10, 50],
+        [0, 10, 50],
+    ];
+    let mut text = "version:15\ntotalHit:0\nmaxDes:0\nnbVertex:8\nnbFacet:7\nnbSuper:1\nnbFormula:1\ngasMass: 2.8E+01\nuserMoments {\n nb:0\n}\n\
+        formulas {\n  \"a } facet {\" \"P1\"\n}\nstructures {\n  \"duct\"\n}\nvertices {\n"
+        .to_owned();
+    for (k, corner) in corners.iter().enumerate() {
+        let [x, y, z] = corner.map(f64::from);
+        writeln!(text, "  {}  {x:.14E}  {y:.14E}  {z:.14E}", k + 1).unwrap();
+    }
+    text += "}\nleaks {\n nbLeak:0\n}\n";
+    // Corners, sticking, opacity, desorption, sides and outgassing.
+    let facets = [
+        ([1, 2, 3, 4], 1, 1, 2, 0, "3E-01"),
+        ([5, 8, 7, 6], 1, 1, 0, 0, "5"),
+        ([1, 5, 6, 2], 0, 1, 0, 0, "0"),
+        ([2, 6, 7, 3], 0, 1, 0, 0, "0"),
+        ([3, 7, 8, 4], 0, 1, 0, 0, "0"),
+        ([4, 8, 5, 1], 0, 1, 2, 0, "2E-01"),
+        ([1, 2, 7, 8], 0, 0, 0, 1, "0"),
+    ];
+    for (k, (corners, sticking, opacity, desorption, sides, given)) in facets.iter().enumerate() {
+        writeln!(text, "facet {} {{\n  nbIndex:4\n  indices:", k + 1).unwrap();
+        for corner in corners {
+            writeln!(text, "    {corner}").unwrap();
+        }
+        writeln!(
+            text,
+            "  sticking: {sticking}\n  opacity: {opacity}\n  desorbType:{desorption}\n  desorbTypeN: 0\n  reflectType:0\n  profileType:0\n  superDest:0\n  \
+             superIdx:0\n  is2sided:{sides}\n  mesh:0\n  outgassing: {given}\n  temperature: 2.9315E+02\n  teleportDest:0\n}}"
+        )
+        .unwrap();
+    }
+    let file = |mesh: &str| {
+        format!("[problem]\nkind = 'vacuum'\n{mesh}[[target]]\nname = 'p'\nover = 'facet 6'\n")
+    };
+    folder.file("duct.geo", &text);
+    let molflow = folder.file("molflow.toml", file("mesh = 'duct.geo'\n"));
+    let polygon = |facet: usize| {
+        facets[facet]
+            .0
+            .map(|k| corners[k - 1].map(|x| 0.01 * f64::from(x)))
+    };
+    let surface = |name: &str, facet: usize, words: &str| {
+        format!(
+            "[[problem.surface]]\nname = '{name}'\npolygon = {:?}\n{words}\n",
+            polygon(facet)
+        )
+    };
+    let walls = [2, 3, 4].map(polygon);
+    let own = [
+        surface("facet 1", 0, "sticking = 1\noutgassing = 0.3"),
+        surface("facet 2", 1, "sticking = 1"),
+        format!("[[problem.surface]]\nname = 'walls'\npolygons = {walls:?}\n"),
+        surface("facet 6", 5, "outgassing = 0.2"),
+    ];
+    let described = folder.file("described.toml", file(&own.concat()));
+    let [found, wanted] = [molflow, described].map(|path| {
+        let ran = ended(
+            0,
+            &["solve", &path, "--json", "--walks", "2000", "--cells", "60"],
+        );
+        let json = ran.json();
+        (
+            ran.stderr,
+            json["targets"][0]["preconditioned"].clone(),
+            json["surfaces"].clone(),
+        )
+    });
+    assert_eq!((&found.1, &found.2), (&wanted.1, &wanted.2));
+    assert!(found.1["estimate"].as_f64().unwrap() > 0.0);
+    for words in ["left out: 1 of them", "28 g/mol at 293.15 K"] {
+        assert!(found.0.contains(words), "{}", found.0);
+    }
+    for (from, to, line, why) in [
+        (
+            "opacity: 1\n",
+            "opacity: 5E-01\n",
+            31,
+            "facet 1: it is opaque in part",
+        ),
+        (
+            "reflectType:0",
+            "reflectType:1",
+            73,
+            "facet 3: molecules leave it other than evenly",
+        ),
+        (
+            "desorbType:2",
+            "desorbType:3",
+            31,
+            "facet 1: molecules leave it other than evenly",
+        ),
+        (
+            "teleportDest:0",
+            "teleportDest:4",
+            31,
+            "facet 1: it leads to another",
+        ),
+        ("outgassing: 3E-01\n", "", 31, "facet 1: it gives off gas"),
+        (
+            "sticking: 1\n",
+            "sticking: 2\n",
+            31,
+            "a sticking factor is from 0 to 1",
+        ),
+        ("nbSuper:1", "nbSuper:2", 6, "several structures"),
+        ("    8\n", "    9\n", 56, "there is no vertex 9"),
+        ("1.00000000000000E1 ", "ten ", 20, "\"ten\" is not a number"),
+    ] {
+        let changed = text.replacen(from, to, if from.starts_with("refl") { 9 } else { 1 });
+        assert_ne!(changed, text, "{from}");
+        folder.file("duct.geo", changed);
+        let ran = fredholm(&["solve", &folder.at("molflow.toml")]);
+        refused(&ran, &[why, &format!("duct.geo:{line}")]);
+    }
+    // A word is missing, or a facet.
+    for kept in [text.len() - 60, text.rfind("facet 7").unwrap()] {
+        folder.file("duct.geo", &text[..kept]);
+        let ran = fredholm(&["solve", &folder.at("molflow.toml")]);
+        refused(&ran, &["the file ends"]);
+    }
+}
+
 /// The manual's probabilities of transmission are those that the program computes.
 #[test]
 fn tubes_of_the_manual() {

@@ -263,8 +263,12 @@ impl Reader<'_> {
             _ => Vec::from([field.string()?]),
         };
         for path in &paths {
-            let mesh = self.load(path)?;
+            let mut mesh = self.load(path)?;
             let first = self.scene.surfaces.len();
+            self.of_gas.append(&mut mesh.of_gas);
+            self.scene
+                .two_sided
+                .extend(mesh.two_sided.iter().map(|own| first + own));
             self.scene
                 .outlines
                 .extend(mesh.outlines.into_iter().map(|own| Outline {
@@ -291,7 +295,7 @@ impl Reader<'_> {
         if !super::is_mesh(&whole) {
             return Err(self.error(
                 &path.place,
-                "a mesh is an .obj, .stl, .ply, .vs3 or .epJSON file",
+                "a mesh is an .obj, .stl, .ply, .vs3 or .epJSON file, or Molflow's .geo",
             ));
         }
         let name = whole.display().to_string();
@@ -449,6 +453,10 @@ impl Reader<'_> {
             _ => {
                 let path = field.string()?;
                 let mesh = self.load(&path)?;
+                if !mesh.of_gas.is_empty() {
+                    let message = "a geometry of Molflow has surfaces of its own: give it as the `mesh` of `[problem]`";
+                    return Err(field.error(message));
+                }
                 let outlines = mesh.outlines.into_iter();
                 self.scene
                     .outlines

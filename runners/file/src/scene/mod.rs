@@ -8,6 +8,9 @@ mod description;
 mod epjson;
 mod light;
 mod material;
+// A page reads no files of its own.
+#[cfg(feature = "parts")]
+mod molflow;
 mod obj;
 mod outline;
 mod ply;
@@ -85,6 +88,10 @@ pub struct SceneFile {
     moved: f64,
     /// The polygons that are not cut yet.
     outlines: Vec<Outline>,
+    /// What surfaces of a mesh do with molecules, by their names.
+    of_gas: Vec<(String, vacuum::Words)>,
+    /// Surfaces of a mesh that have backs.
+    two_sided: Vec<usize>,
     /// The files that polygons stand in.
     names: Vec<Origin>,
     /// Where the file should have surfaces and has none, until arrays give some.
@@ -433,6 +440,8 @@ enum Format {
     Ply,
     Vs3,
     EpJson,
+    #[cfg(feature = "parts")]
+    Molflow,
 }
 
 /// The format of a file by the end of its name.
@@ -444,6 +453,8 @@ fn format_of(path: &Path) -> Option<Format> {
         "ply" => Some(Format::Ply),
         "vs3" => Some(Format::Vs3),
         "epjson" => Some(Format::EpJson),
+        #[cfg(feature = "parts")]
+        "geo" => Some(Format::Molflow),
         _ => None,
     }
 }
@@ -487,7 +498,7 @@ pub fn parse_mesh(name: &str, bytes: Vec<u8>) -> Result<SceneFile, InputError> {
 fn parse_outlines(name: &str, bytes: Vec<u8>, weld: Option<f64>) -> Result<SceneFile, InputError> {
     let Some(format) = format_of(Path::new(name)) else {
         return Err(InputError::new(format_args!(
-            "{name}: a mesh is an .obj, .stl, .ply, .vs3 or .epJSON file"
+            "{name}: a mesh is an .obj, .stl, .ply, .vs3 or .epJSON file, or Molflow's .geo"
         )));
     };
     let mut scene = SceneFile {
@@ -504,6 +515,8 @@ fn parse_outlines(name: &str, bytes: Vec<u8>, weld: Option<f64>) -> Result<Scene
             let text = String::from_utf8_lossy(&bytes).into_owned();
             let read = match format {
                 Format::Obj => obj::read(&mut scene, file, &joined(&text)),
+                #[cfg(feature = "parts")]
+                Format::Molflow => molflow::read(&mut scene, file, &text),
                 _ => vs3::read(&mut scene, file, &text),
             };
             let source = Source {
@@ -543,6 +556,9 @@ fn parse_outlines(name: &str, bytes: Vec<u8>, weld: Option<f64>) -> Result<Scene
 impl SceneFile {
     /// Welds and cuts what is left to be.
     fn finish(&mut self, name: &str) -> Result<(), InputError> {
+        for surface in core::mem::take(&mut self.two_sided) {
+            self.add_back(surface);
+        }
         let Some(near) = self.weld.take() else {
             return Ok(());
         };
