@@ -498,9 +498,9 @@ pub(crate) struct FactorsArgs {
     /// Scenes: threads; results do not depend on it [default: all cores]
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
-    /// Write them to this file: .json, .csv (from, to, factor; zeros left out), .npz (arrays for NumPy; with
-    /// --faces a sparse matrix for SciPy), .txt (View3D's text format), .idf or .epJSON (EnergyPlus), or vfsparse.inp.N or svf.inp.N
-    /// (uDALES; with --faces)
+    /// Write them to this file: .json, .csv (from, to, factor, bound or standard error, area, checksum of the mesh; zeros left out), .npz
+    /// (arrays for NumPy; with --faces a sparse matrix for SciPy), .txt (View3D's text format), .idf or .epJSON (EnergyPlus),
+    /// vfsparse.inp.N or svf.inp.N (uDALES; with --faces), or F (OpenFOAM, with what stands beside it; with --faces)
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
     /// Print one JSON document on stdout and nothing else

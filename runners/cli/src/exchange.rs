@@ -1,6 +1,7 @@
-//! Form factors as other programs read them: EnergyPlus and uDALES.
+//! Form factors as other programs read them: EnergyPlus, uDALES and OpenFOAM.
 
-use core::fmt::Write as _;
+use core::fmt::{Display, Write as _};
+use std::collections::BTreeMap;
 
 use serde_json::json;
 
@@ -9,6 +10,47 @@ use crate::failure::Failure;
 
 /// The object of EnergyPlus that has form factors.
 const OBJECT: &str = "ZoneProperty:UserViewFactors:BySurfaceName";
+
+/// A file of OpenFOAM in `constant`.
+pub(crate) struct FoamFile {
+    pub(crate) name: &'static str,
+    class: &'static str,
+}
+
+const fn foam(name: &'static str, class: &'static str) -> FoamFile {
+    FoamFile { name, class }
+}
+
+/// What OpenFOAM's model `viewFactor` reads: factors, whom they are to, which faces are one, and what processes exchange, as those of
+/// openfoam.com (from v2206 on) and openfoam.org have it.
+pub(crate) const FOAM: [FoamFile; 7] = [
+    foam("F", "scalarListList"),
+    foam("globalFaceFaces", "labelListList"),
+    foam("finalAgglom", "labelListList"),
+    foam("mapDist", "mapDistribute"),
+    foam("subMap", "labelListList"),
+    foam("constructMap", "labelListList"),
+    foam("constructMapDim", "labelList"),
+];
+
+/// A list of OpenFOAM.
+fn list<T: Display>(items: impl ExactSizeIterator<Item = T>) -> String {
+    let mut text = format!("{}(", items.len());
+    for (k, item) in items.enumerate() {
+        let _ = write!(text, "{}{item}", if k > 0 { " " } else { "" });
+    }
+    text + ")"
+}
+
+/// A list of lists of OpenFOAM, one on a line.
+fn lists(rows: impl ExactSizeIterator<Item = String>) -> String {
+    let mut text = format!("{}\n(\n", rows.len());
+    for row in rows {
+        text += &row;
+        text.push('\n');
+    }
+    text + ")\n"
+}
 
 /// What separates fields of an IDF file, ends objects, and begins comments.
 const SEPARATORS: [char; 4] = [',', ';', '!', '\n'];
@@ -73,5 +115,40 @@ impl Factors {
             let _ = writeln!(text, "{:.6}", f64::max(1.0 - met, 0.0));
         }
         text
+    }
+
+    /// The files of [`FOAM`] for a case that is not decomposed, whose faces are the polygons of the file, surface by surface.
+    pub(crate) fn foam(&self) -> [String; FOAM.len()] {
+        let Some(space) = &self.space else {
+            return FOAM.map(|_| String::new());
+        };
+        let count = space.drawn.counts.iter().sum();
+        let (mut rows, mut areas) = (vec![BTreeMap::<usize, f64>::new(); count], vec![0.0; count]);
+        for (i, (&own, area)) in space.drawn.part_of.iter().zip(&space.areas).enumerate() {
+            areas[own] += area;
+            for (j, factor) in self.factors.row(i) {
+                *rows[own].entry(space.drawn.part_of[j]).or_default() += area * factor;
+            }
+        }
+        let rows = || rows.iter().zip(&areas);
+        let own = list(0..count);
+        let one = lists([own.clone()].into_iter());
+        let contents = [
+            lists(rows().map(|(row, area)| list(row.values().map(|own| own / area)))),
+            lists(rows().map(|(row, _)| list(row.keys()))),
+            lists(space.drawn.counts.iter().map(|&count| list(0..count))),
+            // Its length, what is sent and received; no flips, the communicator of all, no transformations.
+            format!("{count}\n{one}{one}0 0 0\n0()\n0()\n"),
+            one.clone(),
+            one,
+            list([count].into_iter()) + "\n",
+        ];
+        let mut contents = contents.into_iter();
+        FOAM.map(|FoamFile { name, class }| {
+            let head = format!(
+                "FoamFile\n{{\n    version 2.0;\n    format ascii;\n    class {class};\n    location \"constant\";\n    object {name};\n}}\n\n"
+            );
+            head + &contents.next().unwrap_or_default()
+        })
     }
 }

@@ -31,6 +31,7 @@ pub(crate) fn faces(args: &FacesArgs, signals: &Signals) -> Result<Ended, Failur
             },
             component: None,
             ask: None,
+            from: None,
             what: What::OverAll,
             measured: None,
         }];

@@ -19,15 +19,11 @@ use crate::file::{ProblemFile, kinds::Room};
 use crate::numbers::aligned;
 use crate::progress::Signals;
 use crate::sparse::Rows;
-use crate::{scene, solve, table};
+use crate::{exchange, scene, solve, table};
 use fredholm_file::parts::output::Output;
 
 /// The most surfaces of scenes and rooms of which a table is printed.
 const WIDEST: usize = 200;
-
-/// What View3D's format lacks.
-pub(crate) const NO_SKY: &str =
-    "`--out`: View3D's text format has no sky: write .json, .csv or .npz";
 
 /// Bytes of a form factor: twice as a number, and as text.
 const PAIR: usize = 48;
@@ -44,6 +40,9 @@ pub(crate) struct Factors {
     /// The standard errors of form factors by rays.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) std_errors: Option<Rows>,
+    /// Bounds of the errors of exact form factors, if a table is to have them.
+    #[serde(skip)]
+    pub(crate) bounds: Option<Rows>,
     /// The unit of what is in the place of form factors.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) unit: Option<&'static str>,
@@ -60,6 +59,10 @@ pub(crate) struct Factors {
 pub(crate) struct Space {
     pub(crate) areas: Vec<f64>,
     pub(crate) emissivities: Vec<f64>,
+    /// A checksum of names and polygons, in hexadecimal digits.
+    pub(crate) mesh_crc32: String,
+    #[serde(skip)]
+    pub(crate) drawn: Drawn,
     pub(crate) open: bool,
     /// The number of polygons, and of their pairs that see each other.
     pub(crate) polygons: usize,
@@ -67,6 +70,15 @@ pub(crate) struct Space {
     /// The largest error that a form factor between polygons is estimated to have.
     pub(crate) estimated_error: f64,
     pub(crate) seconds: f64,
+}
+
+/// The polygons of a file, where those of the scene are parts of them.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Drawn {
+    /// The number of the file's polygon that each polygon of the scene is a part of.
+    pub(crate) part_of: Vec<usize>,
+    /// How many every surface has.
+    pub(crate) counts: Vec<usize>,
 }
 
 /// What arrives at a sky.
@@ -80,6 +92,9 @@ pub(crate) struct SkyTable {
     /// The standard errors by rays of each patch and, last, of what goes below the horizon.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) std_errors: Option<Vec<Vec<f64>>>,
+    /// The bounds of errors in each row, of exact factors.
+    #[serde(skip)]
+    pub(crate) bounds: Vec<f64>,
 }
 
 /// A patch of a sky; angles in degrees.
@@ -103,17 +118,32 @@ pub(crate) fn factors(args: &FactorsArgs, signals: &Signals) -> Result<Ended, Fa
         }
         None => (of_room(args)?, Ended::Done),
     };
-    let written = output.map_or(Ok(()), |(format, output)| {
+    let written = output.map_or(Ok(()), |(format, output, more)| {
+        if let Some(name) = format.whole().filter(|_| factors.rows.is_some()) {
+            return Err(Failure::run(format_args!(
+                "`--out`: {name} has all rows, and not all are finished"
+            )));
+        }
+        if let Some(name) = format.whole().filter(|_| factors.sky.is_some()) {
+            return Err(Failure::input(format_args!(
+                "`--out`: {name} has no sky: write .json, .csv or .npz"
+            )));
+        }
         Ok(match format {
             Format::Json => output.finish(table::json(&factors)?),
             Format::Csv => output.finish_with(|file| factors.csv(file)).map(drop),
             Format::Npz => output.finish(factors.npz()?),
-            Format::View3d if factors.sky.is_some() => return Err(Failure::input(NO_SKY)),
             Format::View3d => output.finish(factors.view3d()),
             Format::Idf => output.finish(factors.idf(&zone(args))?),
             Format::EpJson => output.finish(factors.epjson(&zone(args))),
             Format::Vfsparse => output.finish(factors.vfsparse()),
             Format::Svf => output.finish(factors.svf()),
+            Format::Foam => {
+                let [first, others @ ..] = factors.foam();
+                let mut others = more.into_iter().zip(others);
+                let all = output.finish(first);
+                all.and_then(|()| others.try_for_each(|(output, text)| output.finish(text)))
+            }
         }?)
     });
     print(if args.json {
@@ -149,8 +179,8 @@ pub(crate) fn found(args: &FactorsArgs) -> Result<Factors, Failure> {
 }
 
 /// The kinds of files of form factors.
-#[derive(Clone, Copy, Debug)]
-enum Format {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Format {
     Json,
     Csv,
     Npz,
@@ -159,29 +189,53 @@ enum Format {
     EpJson,
     Vfsparse,
     Svf,
+    Foam,
 }
 
 impl Format {
-    /// What to write where, known to be possible before any work is done.
-    fn open(path: &Path) -> Result<(Self, Output), Failure> {
+    /// The format of a file of this name.
+    pub(crate) fn of(path: &Path) -> Option<Self> {
         let name = path.file_name().and_then(|name| name.to_str());
         let is_called = |start| name.is_some_and(|name| name.starts_with(start));
-        let format = match path.extension().and_then(|e| e.to_str()) {
+        Some(match path.extension().and_then(|e| e.to_str()) {
             // uDALES has the number of the run at the end.
             _ if is_called("vfsparse.inp") => Self::Vfsparse,
             _ if is_called("svf.inp") => Self::Svf,
+            _ if name == Some(exchange::FOAM[0].name) => Self::Foam,
             Some("json") => Self::Json,
             Some("csv") => Self::Csv,
             Some("npz") => Self::Npz,
             Some("txt") => Self::View3d,
             Some("idf") => Self::Idf,
             Some("epJSON" | "epjson") => Self::EpJson,
-            _ => {
-                let message = "the name must end in .json, .csv, .npz, .txt, .idf or .epJSON, or be vfsparse.inp.N or svf.inp.N";
-                return Err(Failure::of_out(path, message));
-            }
+            _ => return None,
+        })
+    }
+
+    /// What to write where, known to be possible before any work is done; and what stands beside it.
+    fn open(path: &Path) -> Result<(Self, Output, Vec<Output>), Failure> {
+        let Some(format) = Self::of(path) else {
+            let message = "the name must end in .json, .csv, .npz, .txt, .idf or .epJSON, or be vfsparse.inp.N, svf.inp.N or F";
+            return Err(Failure::of_out(path, message));
         };
-        Ok((format, Output::open("--out", path)?))
+        let beside = match format {
+            Self::Foam => &exchange::FOAM[1..],
+            _ => &[],
+        };
+        let beside = beside
+            .iter()
+            .map(|own| Output::open("--out", &path.with_file_name(own.name)));
+        let beside = beside.collect::<Result<_, _>>()?;
+        Ok((format, Output::open("--out", path)?, beside))
+    }
+
+    /// The name for people of a format that has all rows, no sky and no bounds.
+    pub(crate) const fn whole(self) -> Option<&'static str> {
+        match self {
+            Self::View3d => Some("View3D's text format"),
+            Self::Foam => Some("OpenFOAM's format"),
+            _ => None,
+        }
     }
 }
 
@@ -303,6 +357,7 @@ fn sky_table(sky: &SkyBands, rows: Vec<&[f64]>) -> SkyTable {
         factors: rows.iter().map(of_row).collect(),
         below: rows.iter().map(|row| sum(&row[row.len() - 2..])).collect(),
         std_errors: None,
+        bounds: Vec::new(),
     }
 }
 
@@ -346,6 +401,7 @@ impl Factors {
             surfaces,
             rows: None,
             std_errors: None,
+            bounds: None,
             unit: None,
             space: None,
             sky: None,
@@ -355,6 +411,14 @@ impl Factors {
     /// The names of the surfaces of the rows.
     pub(crate) fn row_names(&self) -> &[String] {
         self.rows.as_deref().unwrap_or(&self.surfaces)
+    }
+
+    /// The number of the surface of a row.
+    fn number(&self, row: usize) -> Option<usize> {
+        match &self.rows {
+            Some(rows) => (self.surfaces.iter()).position(|own| Some(own) == rows.get(row)),
+            None => Some(row),
+        }
     }
 
     fn sky(&self) -> Option<&SkyTable> {
@@ -378,48 +442,58 @@ impl Factors {
             .fold(0.0, |sum, factor| sum + factor)
     }
 
-    /// A line for every factor that is not 0.
+    /// A line for every factor that is not 0; in space with its error, the area of the surface that it is from, and the checksum of the mesh.
     fn csv(&self, file: &mut dyn Write) -> std::io::Result<()> {
         let mut writer = csv::Writer::from_writer(file);
-        let what = if self.unit.is_some() {
-            "watts_per_metre"
-        } else {
-            "factor"
+        let what = match self.unit {
+            Some(_) => "watts_per_metre",
+            None => "factor",
         };
-        match self.std_errors {
-            Some(_) => writer.write_record(["from", "to", what, "std_error"])?,
-            None => writer.write_record(["from", "to", what])?,
-        }
-        for (i, from) in self.row_names().iter().enumerate() {
-            let errors = self
-                .std_errors
-                .as_ref()
-                .map(|errors| errors.row(i).collect::<Vec<_>>());
+        let errors = match (&self.std_errors, &self.bounds) {
+            (Some(errors), _) => Some(("std_error", errors)),
+            (None, bounds) => bounds.as_ref().map(|bounds| ("bound", bounds)),
+        };
+        let space = self.space.as_ref();
+        let mut head = vec!["from", "to", what];
+        head.extend(errors.map(|(name, _)| name));
+        head.extend(space.iter().flat_map(|_| ["area", "mesh_crc32"]));
+        writer.write_record(head)?;
+        let mut line = |(i, to): (usize, &str), factor: f64, error: Option<f64>| {
+            let mut record = vec![
+                self.row_names()[i].clone(),
+                to.to_owned(),
+                format!("{factor:?}"),
+            ];
+            if errors.is_some() {
+                record.push(error.map_or_else(String::new, |error| format!("{error:?}")));
+            }
+            if let Some(space) = space {
+                let area = self.number(i).map_or(f64::NAN, |at| space.areas[at]);
+                record.extend([format!("{area:?}"), space.mesh_crc32.clone()]);
+            }
+            writer.write_record(record)
+        };
+        for i in 0..self.factors.len() {
+            let all: Option<Vec<_>> = errors.map(|(_, errors)| errors.row(i).collect());
             for (j, factor) in self.factors.row(i) {
                 let to = self.surfaces.get(j).map_or("", String::as_str);
-                let mut record = vec![from.clone(), to.to_owned(), format!("{factor:?}")];
-                if let Some(errors) = &errors {
-                    let found = errors.binary_search_by_key(&j, |own| own.0);
-                    record.push(
-                        found.map_or_else(|_| String::new(), |at| format!("{:?}", errors[at].1)),
-                    );
-                }
-                writer.write_record(record)?;
+                let found = all.as_ref().and_then(|all| {
+                    let at = all.binary_search_by_key(&j, |own| own.0);
+                    at.ok().map(|at| all[at].1)
+                });
+                line((i, to), factor, found)?;
             }
         }
         if let Some(sky) = self.sky() {
-            let rows = sky.factors.iter().zip(&sky.below);
-            for (i, (from, (row, below))) in self.row_names().iter().zip(rows).enumerate() {
+            for (i, (row, below)) in sky.factors.iter().zip(&sky.below).enumerate() {
                 let to = sky.patches.iter().map(|patch| patch.name.as_str());
                 let all = to.zip(row).chain([("below", below)]).enumerate();
-                for (k, (to, factor)) in all.filter(|(_, (_, factor))| **factor != 0.0) {
-                    let mut record = vec![from.clone(), to.to_owned(), format!("{factor:?}")];
-                    let error = sky
-                        .std_errors
-                        .as_ref()
-                        .and_then(|errors| errors.get(i)?.get(k));
-                    record.extend(error.map(|error| format!("{error:?}")));
-                    writer.write_record(record)?;
+                for (k, (to, &factor)) in all.filter(|(_, (_, factor))| **factor != 0.0) {
+                    let error = match &sky.std_errors {
+                        Some(errors) => errors.get(i).and_then(|row| row.get(k)),
+                        None => sky.bounds.get(i),
+                    };
+                    line((i, to), factor, error.copied())?;
                 }
             }
         }
@@ -459,6 +533,7 @@ impl Factors {
         }
         archive.texts("surfaces", &self.surfaces)?;
         if let Some(space) = &self.space {
+            archive.word("mesh_crc32", &space.mesh_crc32)?;
             archive.numbers("areas", &[n], space.areas.iter())?;
             archive.numbers("emissivities", &[n], space.emissivities.iter())?;
         }
@@ -536,14 +611,10 @@ impl Factors {
             "area".to_owned(),
         ]];
         for (k, name) in self.row_names().iter().enumerate() {
-            let surface = match &self.rows {
-                Some(_) => self.surfaces.iter().position(|own| own == name),
-                None => Some(k),
-            };
             let area = self
                 .space
                 .as_ref()
-                .zip(surface)
+                .zip(self.number(k))
                 .and_then(|(space, at)| space.areas.get(at));
             let area = area.map_or_else(String::new, |area| format!("{area:.6}"));
             rows.push(vec![name.clone(), format!("{:.12}", self.sum(k)), area]);

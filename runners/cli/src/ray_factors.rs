@@ -127,12 +127,15 @@ pub(crate) fn by_rays(
     let result = Factors {
         factors: listed(|entry| entry.factor),
         std_errors: Some(listed(|entry| entry.std_error)),
+        bounds: None,
         surfaces: parts.names.clone(),
         rows: parts.rows.as_ref().map(|rows| parts.row_names(rows)),
         unit: None,
         space: Some(Space {
             areas: found.areas().to_vec(),
             emissivities: parts.emissivities.clone(),
+            mesh_crc32: parts.mesh_crc32.clone(),
+            drawn: parts.drawn.clone(),
             open: parts.open,
             polygons: scene.faces().len(),
             pairs,
@@ -166,5 +169,6 @@ fn sky_table(sky: &Sky, found: &RayFactors, rows: &[usize]) -> SkyTable {
             .map(|row| row[..width - 1].to_vec())
             .collect(),
         std_errors: Some(whole(|entry| entry.std_error)),
+        bounds: Vec::new(),
     }
 }

@@ -1,9 +1,10 @@
 //! Scenes in space: their form factors, and what `check` says of them.
 
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
 
+use crc::{CRC_32_ISO_HDLC, Crc};
 use fredholm_factors::{
     Factors as AllFactors, Groups, Row, Sights, Sky, SkyFactors, SkyRow, SparseFactors,
 };
@@ -15,7 +16,7 @@ use fredholm_scene::{Place, Scene};
 use rayon::prelude::*;
 
 use crate::args::{FactorMethod, FactorsArgs};
-use crate::factors::{Computed, Factors, NO_SKY, SkyPatch, SkyTable, Space};
+use crate::factors::{Computed, Drawn, Factors, Format, SkyPatch, SkyTable, Space};
 use crate::failure::{Ended, Failure, print, say};
 use crate::file;
 use crate::numbers::aligned;
@@ -62,14 +63,21 @@ pub(crate) fn factors(
     mut file: SceneFile,
     signals: Option<&Signals>,
 ) -> Result<Computed, Failure> {
-    let is_text = |path: &PathBuf| path.extension().is_some_and(|e| e == "txt");
-    let writes_text = args.out.as_ref().is_some_and(is_text);
-    if file.sky.is_some() && writes_text {
-        return Err(Failure::input(NO_SKY));
+    let format = args.out.as_deref().and_then(Format::of);
+    if let Some(name) = format.and_then(Format::whole) {
+        let refused = [
+            ("no sky", file.sky.is_some(), ""),
+            ("all rows", !args.rows.is_empty(), ", or leave out `--rows`"),
+        ];
+        if let Some((what, _, advice)) = refused.iter().find(|(_, refused, _)| *refused) {
+            return Err(Failure::input(format_args!(
+                "`--out`: {name} has {what}: write .json, .csv or .npz{advice}"
+            )));
+        }
     }
-    if !args.rows.is_empty() && writes_text {
+    if format == Some(Format::Foam) && !args.faces {
         return Err(Failure::input(
-            "`--out`: View3D's text format has all rows: write .json, .csv or .npz, or leave out `--rows`",
+            "`--out`: OpenFOAM has form factors between polygons: add `--faces`",
         ));
     }
     if !args.rows.is_empty() && (args.grey || args.close) {
@@ -91,7 +99,7 @@ pub(crate) fn factors(
         Some(seconds) => Some(Instant::now() + solve::time_limit(seconds)?),
         None => None,
     };
-    let scene = file.scene::<f64>()?;
+    let scene = file.geometry()?;
     tell(&file, &scene);
     let sky = match &file.sky {
         Some(bands) => Some(Sky::bands(&bands.altitudes, &bands.sectors).map_err(Failure::run)?),
@@ -107,9 +115,13 @@ pub(crate) fn factors(
         exact(args, &parts, &scene, sky.as_ref(), &watch)?
     };
     if least > 0.0 {
-        factors.factors = factors.factors.chosen(0..factors.factors.len(), least);
+        let all = &factors.factors;
+        let kept = all.chosen(0..all.len(), least);
         let errors = factors.std_errors.as_ref();
-        factors.std_errors = errors.map(|errors| errors.among(&factors.factors));
+        factors.std_errors = errors.map(|errors| errors.moved(&kept, &kept));
+        let bounds = factors.bounds.as_ref();
+        factors.bounds = bounds.map(|bounds| bounds.moved(all, &kept));
+        factors.factors = kept;
     }
     if let Some(space) = &mut factors.space {
         space.seconds = start.elapsed().as_secs_f64();
@@ -152,6 +164,9 @@ pub(crate) struct Parts {
     /// The rows that are wanted, if these are not all.
     pub(crate) rows: Option<Vec<usize>>,
     pub(crate) open: bool,
+    pub(crate) mesh_crc32: String,
+    /// The polygons of the file, if it matters.
+    pub(crate) drawn: Drawn,
 }
 
 impl Parts {
@@ -181,8 +196,8 @@ impl Parts {
             wanted.push(at);
         }
         // Obstructions of decks hide others and are not reported, where rows can be left out.
-        let is_text = |path: &PathBuf| path.extension().is_some_and(|e| e == "txt");
-        let has_all_rows = args.grey || args.close || args.out.as_ref().is_some_and(is_text);
+        let format = args.out.as_deref().and_then(Format::of);
+        let has_all_rows = args.grey || args.close || format.and_then(Format::whole).is_some();
         let reported = || file.surfaces.iter().map(|own| !own.is_obstruction);
         let leaves_out = !has_all_rows && args.rows.is_empty() && reported().any(|own| !own);
         if leaves_out {
@@ -198,6 +213,10 @@ impl Parts {
         let places: Vec<Place> = (0..scene.faces().len())
             .filter_map(|f| scene.place(f))
             .collect();
+        let drawn = match format {
+            Some(Format::Foam) => drawn(file, &places),
+            _ => Drawn::default(),
+        };
         let surfaces = places.iter().map(|place| place.surface);
         let (group_of, rows, names, emissivities) = if args.faces {
             // A polygon that was cut has several parts.
@@ -228,6 +247,8 @@ impl Parts {
             group_of,
             rows: (leaves_out || !args.rows.is_empty()).then_some(rows),
             open: file.open,
+            mesh_crc32: digest(file),
+            drawn,
         })
     }
 
@@ -353,8 +374,12 @@ fn exact(
     let of_sky: Result<Vec<Option<SkyRow>>, _> =
         of_sky.into_iter().map(Option::transpose).collect();
     let of_sky = of_sky.map_err(Failure::run)?;
+    let errors: Vec<f64> = all.iter().map(|row| row.error).collect();
     // Entries of a row that is wanted alone may be before its own face.
     let mut all = AllFactors::new(scene, ascending(all)).map_err(Failure::run)?;
+    let format = args.out.as_deref().and_then(Format::of);
+    let has_bounds = format == Some(Format::Csv) && !args.grey;
+    let before = (has_bounds && args.close).then(|| all.clone());
     if args.close && is_finished {
         let off = all
             .close()
@@ -370,11 +395,21 @@ fn exact(
             "`--grey` needs all rows, and not all are finished",
         ));
     }
-    let groups = if args.faces {
-        None
-    } else {
+    let grouped = |all: &AllFactors| {
         let groups = all.of_groups(&parts.group_of, parts.names.len());
-        Some(groups.map_err(Failure::run)?)
+        groups.map_err(Failure::run)
+    };
+    let groups = (!args.faces).then(|| grouped(&all)).transpose()?;
+    let bounds = match has_bounds {
+        true => {
+            let bounds = bounds(&all, before.as_ref(), &errors);
+            let bounds = AllFactors::new(scene, bounds).map_err(Failure::run)?;
+            Some(match args.faces {
+                true => Rows::Sparse(SparseFactors::new(&bounds)),
+                false => Rows::Dense(rows_of(&grouped(&bounds)?, None)?),
+            })
+        }
+        false => None,
     };
     let sky_error = of_sky
         .iter()
@@ -394,7 +429,18 @@ fn exact(
                 .collect();
             let f = SkyFactors::of_groups(&areas, &rows, &parts.group_of, parts.names.len());
             let groups = groups.as_ref().zip(grey);
-            Some(sky_table(sky, &f.map_err(Failure::run)?, groups)?)
+            let mut table = sky_table(sky, &f.map_err(Failure::run)?, groups)?;
+            if has_bounds {
+                // The mean of those of its faces, by area.
+                let mut sums = vec![[0.0; 2]; parts.names.len()];
+                for ((&group, row), area) in parts.group_of.iter().zip(&rows).zip(&areas) {
+                    let [error, all] = &mut sums[group];
+                    *error += area * row.error;
+                    *all += area;
+                }
+                table.bounds = sums.iter().map(|[error, all]| error / all).collect();
+            }
+            Some(table)
         }
         None => None,
     };
@@ -429,10 +475,13 @@ fn exact(
         surfaces: parts.names.clone(),
         rows: None,
         std_errors: None,
+        bounds,
         unit: None,
         space: Some(Space {
             areas,
             emissivities: parts.emissivities.clone(),
+            mesh_crc32: parts.mesh_crc32.clone(),
+            drawn: parts.drawn.clone(),
             open: parts.open,
             polygons: count,
             pairs,
@@ -443,13 +492,74 @@ fn exact(
     };
     if let Some(rows) = chosen {
         result.factors = result.factors.chosen(rows.iter().copied(), 0.0);
+        let bounds = result.bounds.as_ref();
+        result.bounds = bounds.map(|bounds| bounds.chosen(rows.iter().copied(), 0.0));
         if let Some(sky) = result.sky.as_mut() {
+            if has_bounds {
+                sky.bounds = rows.iter().map(|&row| sky.bounds[row]).collect();
+            }
             sky.factors = rows.iter().map(|&row| sky.factors[row].clone()).collect();
             sky.below = rows.iter().map(|&row| sky.below[row]).collect();
         }
         result.rows = Some(parts.row_names(&rows));
     }
     Ok((result, is_finished))
+}
+
+/// Bounds of the errors of exchange areas: what the rows of both faces are estimated to be off by, of the smaller face, and by how much
+/// they have been changed.
+fn bounds(all: &AllFactors, before: Option<&AllFactors>, errors: &[f64]) -> Vec<Row> {
+    let areas = all.areas();
+    let row = |i: usize| {
+        let pairs = all.row(i).iter().zip(before.unwrap_or(all).row(i));
+        let entry = |(&(other, now), &(_, was)): (&(u32, f64), &(u32, f64))| {
+            let j = other as usize;
+            let error = errors[i].max(errors[j]) * areas[i].min(areas[j]);
+            (other, error + (now - was).abs())
+        };
+        Row {
+            entries: pairs.map(entry).collect(),
+            ..Row::default()
+        }
+    };
+    (0..areas.len()).map(row).collect()
+}
+
+/// The CRC-32 of names and polygons: of each surface the name in UTF-8 and a zero byte, then of each polygon the number of vertices in 32
+/// bits and the coordinates in 64, little endian.
+fn digest(file: &SceneFile) -> String {
+    const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+    let mut digest = CRC.digest();
+    for surface in &file.surfaces {
+        digest.update(surface.name.as_bytes());
+        digest.update(&[0]);
+        for polygon in &surface.polygons {
+            let points = polygon.points();
+            digest.update(&(points.len() as u32).to_le_bytes());
+            // -0 is 0.
+            for x in points.iter().flatten() {
+                digest.update(&(x + 0.0).to_le_bytes());
+            }
+        }
+    }
+    format!("{:08x}", digest.finalize())
+}
+
+/// Which polygon of the file each face is a part of.
+fn drawn(file: &SceneFile, places: &[Place]) -> Drawn {
+    let numbers: Vec<Vec<usize>> = (0..file.surfaces.len())
+        .map(|surface| file.drawn(surface))
+        .collect();
+    let count = |own: &Vec<usize>| own.last().map_or(0, |last| last + 1);
+    let counts: Vec<usize> = numbers.iter().map(count).collect();
+    let first = |surface: usize| counts[..surface].iter().sum::<usize>();
+    let first: Vec<usize> = (0..counts.len()).map(first).collect();
+    let part_of = places.iter();
+    let part_of = part_of.map(|p| first[p.surface] + numbers[p.surface][p.polygon]);
+    Drawn {
+        part_of: part_of.collect(),
+        counts,
+    }
 }
 
 /// Rows whose entries are after their own face: what stands before it goes to the row of the other.
@@ -514,6 +624,7 @@ fn sky_table(
         factors: rows.clone().map(|row| row[..width - 1].to_vec()).collect(),
         below: rows.map(|row| row[width - 1]).collect(),
         std_errors: None,
+        bounds: Vec::new(),
     })
 }
 
@@ -547,10 +658,11 @@ fn refuse_beyond_memory(
 ) -> Result<(), Failure> {
     let faces = scene.faces().len();
     // Sparse tables have no zeros, but these do.
-    let has_zeros = |path: &PathBuf| path.extension().is_none_or(|e| e != "csv" && e != "npz");
+    let format = args.out.as_deref().and_then(Format::of);
+    let has_zeros = matches!(format, Some(Format::Json | Format::View3d));
     let printed = if !args.faces {
         file.surfaces.len()
-    } else if args.json || args.out.as_ref().is_some_and(has_zeros) {
+    } else if args.json || has_zeros {
         faces
     } else {
         0
@@ -613,7 +725,7 @@ pub(crate) fn check(file: &SceneFile, out: Option<&Path>) -> Result<Ended, Failu
         };
         Output::open("--out", path)?.finish(table::drawn(drawing.draw())?)?;
     }
-    let scene = file.scene::<f64>()?;
+    let scene = file.geometry()?;
     tell(file, &scene);
     let sights = Sights::new(&scene, ERROR).map_err(Failure::run)?;
     let light = if file.open { "may leave" } else { "stays" };

@@ -52,14 +52,12 @@ impl Rows {
         Self::Listed(rows.map(row).collect(), self.width())
     }
 
-    /// What stands where others are not 0.
-    pub(crate) fn among(&self, others: &Self) -> Self {
+    /// What stands where factors are not 0, and how far those factors have moved.
+    pub(crate) fn moved(&self, from: &Self, to: &Self) -> Self {
         let row = |i: usize| {
-            let whole = self.whole_row(i);
-            others
-                .row(i)
-                .map(|(column, _)| (column, whole[column]))
-                .collect()
+            let (whole, before) = (self.whole_row(i), from.whole_row(i));
+            let entry = |(j, now): (usize, f64)| (j, whole[j] + (now - before[j]).abs());
+            to.row(i).map(entry).collect()
         };
         Self::Listed((0..self.len()).map(row).collect(), self.width())
     }

@@ -377,6 +377,7 @@ impl Reader<'_> {
         Ok(Some(Target {
             name: placed(name),
             ask: own.and_then(|target| target.ask.clone()),
+            from: own.and_then(|target| target.from.clone()),
             component,
             what,
             measured: None,

@@ -135,6 +135,8 @@ pub struct Target {
     pub component: Option<Placed<usize>>,
     /// The quantity that is asked for there, if it is not u.
     pub ask: Option<Placed<GlobalQuantity>>,
+    /// The surface by which molecules enter, of a transmission.
+    pub from: Option<Placed<String>>,
     /// The functional that is computed.
     pub what: What,
     /// What it was measured as.
@@ -296,7 +298,25 @@ fn read_target(mut section: Section<'_, '_>) -> Result<Target, InputError> {
     let measured = section.optional("measured");
     let component = section.read("component", Field::integer)?;
     let ask = section.read("ask", Field::word)?;
+    let from = section.optional("from");
     section.finish()?;
+    let is_passed = ask
+        .as_ref()
+        .filter(|own| own.value == GlobalQuantity::Transmission);
+    match (&from, is_passed) {
+        (Some(key), None) => {
+            return Err(
+                key.unsuited("`from` names where molecules enter, of `ask = \"transmission\"`")
+            );
+        }
+        (None, Some(_)) => {
+            return Err(section.error(
+                "a transmission is from one surface to another: give `from` and `over`, their names",
+            ));
+        }
+        _ => {}
+    }
+    let from = from.as_ref().map(Field::string).transpose()?;
     let name = name.as_ref().map(Field::string).transpose()?;
     let measured_key = measured.as_ref().map(|field| field.key.clone());
     let measured = measured.map(quantities::read_measured).transpose()?;
@@ -348,6 +368,7 @@ fn read_target(mut section: Section<'_, '_>) -> Result<Target, InputError> {
         name,
         component,
         ask,
+        from,
         what,
         measured,
     })

@@ -34,6 +34,7 @@ pub(crate) fn read(
             name,
             component: None,
             ask: None,
+            from: None,
             what,
             measured: None,
         });

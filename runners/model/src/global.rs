@@ -207,6 +207,8 @@ pub enum GlobalQuantity {
     /// The temperature, in rooms and scenes with temperatures, in kelvin: of surfaces from which the net flux is given, and the mean radiant
     /// temperature of what is between them. Walks estimate σT⁴.
     Temperature,
+    /// The share of the molecules which enter a vacuum by one surface that arrive at others.
+    Transmission,
 }
 
 impl GlobalQuantity {
@@ -218,6 +220,7 @@ impl GlobalQuantity {
             Self::Irradiance => Region::Irradiance(Box::new(region)),
             Self::NetFlux => Region::NetFlux(Box::new(region)),
             Self::Temperature => Region::Temperature(Box::new(region)),
+            Self::Transmission => Region::Transmission(Box::new(region)),
         }
     }
 }
@@ -243,6 +246,11 @@ impl Choices for GlobalQuantity {
             value: Self::Temperature,
             word: "temperature",
             help: "In kelvin: that of surfaces whose net flux is given, and the mean radiant temperature between surfaces",
+        },
+        Choice {
+            value: Self::Transmission,
+            word: "transmission",
+            help: "The share of the molecules that enter a vacuum which arrive",
         },
     ];
 }

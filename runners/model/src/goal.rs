@@ -51,6 +51,8 @@ pub enum Region {
     NetFlux(Box<Self>),
     /// The temperature of another region, in kelvin: surfaces with a given net flux, a point between surfaces, or what faces in a direction there.
     Temperature(Box<Self>),
+    /// The share of the molecules which enter a vacuum that arrive at another region.
+    Transmission(Box<Self>),
 }
 
 impl Region {
@@ -69,6 +71,7 @@ impl Region {
             Self::Irradiance(of) => (GlobalQuantity::Irradiance, of),
             Self::NetFlux(of) => (GlobalQuantity::NetFlux, of),
             Self::Temperature(of) => (GlobalQuantity::Temperature, of),
+            Self::Transmission(of) => (GlobalQuantity::Transmission, of),
             of => (GlobalQuantity::U, of),
         }
     }

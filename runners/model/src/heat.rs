@@ -239,7 +239,7 @@ impl Asked {
 /// use fredholm_model::heat::Carried;
 ///
 /// assert!(Carried::Heat.is_heat());
-/// assert_eq!(Carried::Gas(250.0).flux_scale(), 250.0);
+/// assert_eq!(Carried::Gas { scale: 250.0, inlet: None }.flux_scale(), 250.0);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Carried {
@@ -247,8 +247,13 @@ pub enum Carried {
     Light,
     /// Heat: temperatures or net fluxes are given, and u is in W/m².
     Heat,
-    /// Molecules, of which a surface of size 1 gives this net throughput for a net flux of 1 in the unit of u.
-    Gas(f64),
+    /// Molecules.
+    Gas {
+        /// The net throughput that a surface of size 1 gives for a net flux of 1 in the unit of u.
+        scale: f64,
+        /// The surface by which all of them enter, if there is one.
+        inlet: Option<usize>,
+    },
 }
 
 impl Carried {
@@ -262,7 +267,7 @@ impl Carried {
     #[must_use]
     pub const fn flux_scale(self) -> f64 {
         match self {
-            Self::Gas(scale) => scale,
+            Self::Gas { scale, .. } => scale,
             _ => 1.0,
         }
     }
@@ -490,7 +495,32 @@ pub fn asked(surfaces: &dyn RadiativeExchange, region: &Region, is_alone: bool) 
         };
     }
     let through = surfaces.through_radiosity(place).filter(|_| !is_alone);
-    Asked::new(quantity, surfaces.material(place), through)
+    let asked = Asked::new(quantity, surfaces.material(place), through);
+    match quantity {
+        GlobalQuantity::Transmission => {
+            let [given, _] = inlet(surfaces).unwrap_or_default();
+            let size: f64 = surfaces.elements(place).iter().map(|own| own.size).sum();
+            Asked {
+                factor: size / given,
+                ..asked
+            }
+        }
+        _ => asked,
+    }
+}
+
+/// What enters by the inlet of a vacuum, a size times the unit of u, and the size of the inlet.
+fn inlet(surfaces: &(impl RadiativeExchange + ?Sized)) -> Option<[f64; 2]> {
+    let Carried::Gas {
+        inlet: Some(inlet), ..
+    } = surfaces.carried()
+    else {
+        return None;
+    };
+    let own = surfaces.elements(&Region::Part(inlet));
+    let given = own.iter().map(|own| own.size * own.material.emission).sum();
+    let size = own.iter().map(|own| own.size).sum();
+    Some([given, size])
 }
 
 /// Refuses an irradiance where no light falls, and a net flux where there are no temperatures, or several materials.
@@ -504,6 +534,8 @@ pub fn check_asked(
 ) -> Result<(), Error> {
     let (quantity, place) = region.asked();
     let is_flux = quantity == GlobalQuantity::NetFlux;
+    let is_transmission = quantity == GlobalQuantity::Transmission;
+    let is_black = |own: Material| own.reflectance == 0.0;
     let message = match quantity {
         GlobalQuantity::U => return Ok(()),
         _ if place.asked().0 != GlobalQuantity::U => "one quantity is asked for at a time",
@@ -511,6 +543,12 @@ pub fn check_asked(
             Some(message) => message,
             None => return Ok(()),
         },
+        _ if is_transmission && inlet(surfaces).is_none_or(|[given, _]| !(given > 0.0)) => {
+            "a transmission is of molecules which enter a vacuum by a surface: `kind = \"vacuum\"`, and `from = …`"
+        }
+        _ if is_transmission && !surfaces.material(place).is_some_and(is_black) => {
+            "a transmission is to surfaces at which every molecule stays"
+        }
         GlobalQuantity::Irradiance if matches!(place, Region::Facing { .. }) => return Ok(()),
         _ if surfaces.is_in_air(place) => {
             "no light falls on a point between the surfaces, and nothing leaves it: give a point of a surface, \
@@ -582,6 +620,16 @@ fn heat_of_asked(
                 None,
             );
         }
+        (GlobalQuantity::Transmission, _) => {
+            // That of the inlet's opening, times this.
+            let [_, size] = inlet(surfaces).unwrap_or_default();
+            let opening = size * surfaces.carried().flux_scale();
+            let conductance = found.derived(opening * found.estimate, |error| opening * error);
+            return Heat {
+                net_flux: Some(conductance),
+                ..Heat::default()
+            };
+        }
         (GlobalQuantity::NetFlux, Some(own)) if own.reflectance < 1.0 => {
             let absorbed = 1.0 - own.reflectance;
             let arriving = (own.emission - found.estimate) / absorbed;
@@ -621,7 +669,9 @@ pub fn certain(
         let material = surfaces.material(place);
         let is_known = |own: Material| match quantity {
             GlobalQuantity::U => own.reflectance == 0.0,
-            GlobalQuantity::Irradiance | GlobalQuantity::Temperature => false,
+            GlobalQuantity::Irradiance
+            | GlobalQuantity::Temperature
+            | GlobalQuantity::Transmission => false,
             GlobalQuantity::NetFlux => own.reflectance >= 1.0,
         };
         let is_dark = |colours: &Colours| goal.channel.is_some_and(|own| colours.is_dark(own));

@@ -664,6 +664,7 @@ fn nothing(file: &ProblemFile) -> fredholm_file::Target {
         name: Placed::flag("weight", "nothing".to_owned()),
         component: None,
         ask: None,
+        from: None,
         what,
         measured: None,
     }

@@ -140,7 +140,7 @@ pub(crate) fn is_zero<T: PartialEq + Default>(count: &T) -> bool {
 pub struct GoalReport {
     /// The goal's name; of several channels, the target's and that of the channel.
     pub name: String,
-    /// What is asked for, if it is not u: "irradiance", "net_flux" or "temperature".
+    /// What is asked for, if it is not u: "irradiance", "net_flux", "temperature" or "transmission".
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ask: Option<&'static str>,
     /// The name of the channel, or of the sum of all, if there are several.
@@ -467,6 +467,7 @@ pub(crate) fn word_of<S: Serializer>(stop: &StopReason, to: S) -> Result<S::Ok, 
 fn unit_of(model: &dyn Model, goal: &Goal) -> Option<&'static str> {
     match goal.region.asked().0 {
         GlobalQuantity::Irradiance => model.irradiance_unit(),
+        GlobalQuantity::Transmission => None,
         _ => model.unit(),
     }
 }
@@ -567,7 +568,10 @@ impl GoalReport {
     fn add(&mut self, heat: &Heat, model: &dyn Model, walks: u64) {
         let of = |found: Option<Estimate>, unit| Some(EstimateReport::new(found?, walks, unit));
         self.irradiance = of(heat.irradiance, model.irradiance_unit());
-        self.net_flux = of(heat.net_flux, model.unit());
+        // Of a transmission it is the conductance.
+        let is_passed = self.ask == Some(GlobalQuantity::Transmission.word());
+        let unit = if is_passed { Some("l/s") } else { model.unit() };
+        self.net_flux = of(heat.net_flux, unit);
         self.is_flux_given = heat.is_flux_given;
         self.temperature = of(heat.temperature, Some("K"));
         self.hidden_by_flux = heat.hidden_by_flux;

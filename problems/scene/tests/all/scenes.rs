@@ -5,8 +5,8 @@ use fredholm_scene::{Enclosure, Material, Place, Polygon, Scene, SceneError, Sur
 use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;
 
-use crate::common::{self, 
-    Surfaces, V, closed, closed_scenes, map, meshed, scene_of, sphere, triangulated,
+use crate::common::{
+    self, Surfaces, V, closed, closed_scenes, map, meshed, scene_of, sphere, triangulated,
 };
 
 fn cube() -> Surfaces {

@@ -4,7 +4,7 @@ use core::fmt::Write as _;
 
 use crate::common;
 
-use common::{Folder, ended};
+use common::{Folder, ended, fredholm, refused};
 
 /// A polygon, and its surface's name.
 type Named<'a> = (&'a str, Vec<[f64; 3]>);
@@ -225,7 +225,7 @@ fn the_shadow_in_a_crater() {
     );
 }
 
-/// The description of a prism of so many sides in a tube of radius 1, closed by an inlet that gives 1 mbar l/s and an outlet.
+/// The description of a prism of so many sides in a tube of radius 1, and of what passes from one end to the other.
 fn prism(sides: usize, length: f64) -> String {
     let at = |k: usize, z: f64| {
         let (sine, cosine) = (core::f64::consts::TAU * (k % sides) as f64 / sides as f64).sin_cos();
@@ -237,42 +237,246 @@ fn prism(sides: usize, length: f64) -> String {
     let outlet: Vec<[f64; 3]> = (0..sides).rev().map(|k| at(k, length)).collect();
     format!(
         "[problem]\nkind = 'vacuum'\n[[problem.surface]]\nname = 'wall'\npolygons = {walls:?}\n\
-         [[problem.surface]]\nname = 'inlet'\npolygon = {inlet:?}\nsticking = 1\noutgassing = 1\n\
-         [[problem.surface]]\nname = 'outlet'\npolygon = {outlet:?}\nsticking = 1\n\
-         [[target]]\nname = 'outlet'\nover = 'outlet'\n"
+         [[problem.surface]]\nname = 'inlet'\npolygon = {inlet:?}\n\
+         [[problem.surface]]\nname = 'outlet'\npolygon = {outlet:?}\n\
+         [[target]]\nname = 'tube'\nask = 'transmission'\nfrom = 'inlet'\nover = 'outlet'\n"
     )
 }
 
-/// Molecules through a tube: the share that passes, the pressure at the outlet and the conductance belong together.
+/// Molecules through a tube: the share that passes, and the conductance.
 #[test]
 fn molecules_pass_a_tube() {
     let folder = Folder::new();
     let path = folder.file("tube.toml", prism(40, 1.0));
-    let json = ended(0, &["solve", &path, "--json", "--walks", "20000"]).json();
-    let of = |report: &serde_json::Value| {
-        ["estimate", "std_error"].map(|key| report[key].as_f64().unwrap())
+    let ran = ended(0, &["solve", &path, "--json", "--walks", "20000"]);
+    let target = &ran.json()["targets"][0];
+    assert_eq!(target["ask"], "transmission");
+    let of = |key: &str, unit: Option<&str>| {
+        assert_eq!(target[key]["unit"].as_str(), unit, "{target}");
+        ["estimate", "std_error"].map(|of| target[key][of].as_f64().unwrap())
     };
-    let outlet = common::list(&json, "surfaces")
-        .iter()
-        .find(|own| own["name"] == "outlet");
-    let [taken, error] = of(&outlet.unwrap()["net_flux"]);
     // Clausing's tube, of which 40 sides lack some 1e-4.
+    for own in ["plain", "preconditioned"] {
+        let [passed, error] = of(own, None);
+        let off = (passed - 0.671_984).abs();
+        assert!(
+            off < 4.0 * error + 1e-4 && error < 5e-3,
+            "{passed} ± {error}"
+        );
+    }
+    // A quarter of the mean speed of nitrogen at 20 °C, 470.70 m/s, times the inlet's area in litres.
+    let opening = 250.0 * 470.703 * 20.0 * (core::f64::consts::TAU / 40.0).sin();
+    let numbers = of("preconditioned", None)
+        .into_iter()
+        .zip(of("net_flux", Some("l/s")));
+    for (passed, conductance) in numbers {
+        assert!(
+            (conductance / (opening * passed) - 1.0).abs() < 1e-5,
+            "{conductance}"
+        );
+    }
+    let table = ended(0, &["solve", &path, "--walks", "100"]).stdout;
     assert!(
-        (taken + 0.671_984).abs() < 4.0 * error + 1e-4 && error < 5e-3,
-        "{taken} ± {error}"
+        table.contains("tube: transmission") && table.contains("conductance, l/s"),
+        "{table}"
     );
-    let target = &json["targets"][0];
-    assert_eq!(target["ask"], "irradiance");
-    let own = &target["preconditioned"];
-    assert_eq!(own["unit"], "mbar");
-    // A quarter of the mean speed of nitrogen at 20 °C, 470.70 m/s, pumps 1000 litres a cubic metre.
-    let area = 20.0 * (core::f64::consts::TAU / 40.0).sin();
-    let [pressure, error] = of(own);
-    let speed = 250.0 * 470.703 * area;
-    assert!(
-        (pressure * speed - 0.671_984).abs() < 4.0 * error * speed + 1e-4,
-        "{pressure} ± {error}"
-    );
+    assert!(!table.contains("throughput"), "{table}");
+    // What takes some molecules on the way, and an end of another size.
+    let changed = |from: &str, to: &str| {
+        let text = prism(40, 1.0).replace(from, to);
+        fredholm(&["solve", &folder.file("other.toml", text)])
+    };
+    let other = "[[target]]\nname = 'p'\nover = 'wall'\n[[target]]\nname = 'tube'";
+    for (from, to, why) in [
+        (
+            "from = 'inlet'\n",
+            "",
+            "a transmission is from one surface to another",
+        ),
+        (
+            "ask = 'transmission'\n",
+            "",
+            "`from` names where molecules enter",
+        ),
+        ("from = 'inlet'", "from = 'inlets'", "did you mean"),
+        (
+            "over = 'outlet'",
+            "over = 'inlet'",
+            "molecules enter by this surface",
+        ),
+        (
+            "over = 'outlet'",
+            "over = 'all'",
+            "a transmission is to surfaces",
+        ),
+        (
+            "[[target]]\nname = 'tube'",
+            other,
+            "ask for pressures in another file",
+        ),
+        (
+            "name = 'wall'\n",
+            "name = 'wall'\noutgassing = 1\n",
+            "leave out the outgassing",
+        ),
+        (
+            "name = 'outlet'\n",
+            "name = 'outlet'\npump = 100\n",
+            "leave out `sticking` and `pump`",
+        ),
+        (
+            "[[target]]",
+            "[walk]\nsensitivities = true\n[[target]]",
+            "derivatives of transmissions",
+        ),
+        (
+            "kind = 'vacuum'",
+            "kind = 'scene'",
+            "a transmission is of molecules",
+        ),
+    ] {
+        refused(&changed(from, to), &[why]);
+    }
+    let path = folder.file("tube.toml", prism(4, 1.0));
+    for option in [&["--global"][..], &["--adjoint", "true"]] {
+        let ran = fredholm(&[&["solve", &path], option].concat());
+        refused(&ran, &["leave `"]);
+    }
+}
+
+/// A duct as Molflow writes it, in centimetres, is the one that is described in metres.
+#[test]
+fn a_geometry_of_molflow_is_read() {
+    let folder = Folder::new();
+    let corners = [
+        [0, 0, 0],
+        [10, 0, 0],
+        [10, 10, 0],
+        [0, 10, 0],
+        [0, 0, 50],
+        [10, 0, 50],
+        [10, 10, 50],
+        [0, 10, 50],
+    ];
+    let mut text = "version:15\ntotalHit:0\nmaxDes:0\nnbVertex:8\nnbFacet:7\nnbSuper:1\nnbFormula:1\ngasMass: 2.8E+01\nuserMoments {\n nb:0\n}\n\
+        formulas {\n  \"a } facet {\" \"P1\"\n}\nstructures {\n  \"duct\"\n}\nvertices {\n"
+        .to_owned();
+    for (k, corner) in corners.iter().enumerate() {
+        let [x, y, z] = corner.map(f64::from);
+        writeln!(text, "  {}  {x:.14E}  {y:.14E}  {z:.14E}", k + 1).unwrap();
+    }
+    text += "}\nleaks {\n nbLeak:0\n}\n";
+    // Corners, sticking, opacity, desorption, sides and outgassing.
+    let facets = [
+        ([1, 2, 3, 4], 1, 1, 2, 0, "3E-01"),
+        ([5, 8, 7, 6], 1, 1, 0, 0, "5"),
+        ([1, 5, 6, 2], 0, 1, 0, 0, "0"),
+        ([2, 6, 7, 3], 0, 1, 0, 0, "0"),
+        ([3, 7, 8, 4], 0, 1, 0, 0, "0"),
+        ([4, 8, 5, 1], 0, 1, 2, 0, "2E-01"),
+        ([1, 2, 7, 8], 0, 0, 0, 1, "0"),
+    ];
+    for (k, (corners, sticking, opacity, desorption, sides, given)) in facets.iter().enumerate() {
+        writeln!(text, "facet {} {{\n  nbIndex:4\n  indices:", k + 1).unwrap();
+        for corner in corners {
+            writeln!(text, "    {corner}").unwrap();
+        }
+        writeln!(
+            text,
+            "  sticking: {sticking}\n  opacity: {opacity}\n  desorbType:{desorption}\n  desorbTypeN: 0\n  reflectType:0\n  profileType:0\n  superDest:0\n  \
+             superIdx:0\n  is2sided:{sides}\n  mesh:0\n  outgassing: {given}\n  temperature: 2.9315E+02\n  teleportDest:0\n}}"
+        )
+        .unwrap();
+    }
+    let file = |mesh: &str| {
+        format!("[problem]\nkind = 'vacuum'\n{mesh}[[target]]\nname = 'p'\nover = 'facet 6'\n")
+    };
+    folder.file("duct.geo", &text);
+    let molflow = folder.file("molflow.toml", file("mesh = 'duct.geo'\n"));
+    let polygon = |facet: usize| {
+        facets[facet]
+            .0
+            .map(|k| corners[k - 1].map(|x| 0.01 * f64::from(x)))
+    };
+    let surface = |name: &str, facet: usize, words: &str| {
+        format!(
+            "[[problem.surface]]\nname = '{name}'\npolygon = {:?}\n{words}\n",
+            polygon(facet)
+        )
+    };
+    let walls = [2, 3, 4].map(polygon);
+    let own = [
+        surface("facet 1", 0, "sticking = 1\noutgassing = 0.3"),
+        surface("facet 2", 1, "sticking = 1"),
+        format!("[[problem.surface]]\nname = 'walls'\npolygons = {walls:?}\n"),
+        surface("facet 6", 5, "outgassing = 0.2"),
+    ];
+    let described = folder.file("described.toml", file(&own.concat()));
+    let [found, wanted] = [molflow, described].map(|path| {
+        let ran = ended(
+            0,
+            &["solve", &path, "--json", "--walks", "2000", "--cells", "60"],
+        );
+        let json = ran.json();
+        (
+            ran.stderr,
+            json["targets"][0]["preconditioned"].clone(),
+            json["surfaces"].clone(),
+        )
+    });
+    assert_eq!((&found.1, &found.2), (&wanted.1, &wanted.2));
+    assert!(found.1["estimate"].as_f64().unwrap() > 0.0);
+    for words in ["left out: 1 of them", "28 g/mol at 293.15 K"] {
+        assert!(found.0.contains(words), "{}", found.0);
+    }
+    for (from, to, line, why) in [
+        (
+            "opacity: 1\n",
+            "opacity: 5E-01\n",
+            31,
+            "facet 1: it is opaque in part",
+        ),
+        (
+            "reflectType:0",
+            "reflectType:1",
+            73,
+            "facet 3: molecules leave it other than evenly",
+        ),
+        (
+            "desorbType:2",
+            "desorbType:3",
+            31,
+            "facet 1: molecules leave it other than evenly",
+        ),
+        (
+            "teleportDest:0",
+            "teleportDest:4",
+            31,
+            "facet 1: it leads to another",
+        ),
+        ("outgassing: 3E-01\n", "", 31, "facet 1: it gives off gas"),
+        (
+            "sticking: 1\n",
+            "sticking: 2\n",
+            31,
+            "a sticking factor is from 0 to 1",
+        ),
+        ("nbSuper:1", "nbSuper:2", 6, "several structures"),
+        ("    8\n", "    9\n", 56, "there is no vertex 9"),
+        ("1.00000000000000E1 ", "ten ", 20, "\"ten\" is not a number"),
+    ] {
+        let changed = text.replacen(from, to, if from.starts_with("refl") { 9 } else { 1 });
+        assert_ne!(changed, text, "{from}");
+        folder.file("duct.geo", changed);
+        let ran = fredholm(&["solve", &folder.at("molflow.toml")]);
+        refused(&ran, &[why, &format!("duct.geo:{line}")]);
+    }
+    // A word is missing, or a facet.
+    for kept in [text.len() - 60, text.rfind("facet 7").unwrap()] {
+        folder.file("duct.geo", &text[..kept]);
+        let ran = fredholm(&["solve", &folder.at("molflow.toml")]);
+        refused(&ran, &["the file ends"]);
+    }
 }
 
 /// The manual's probabilities of transmission are those that the program computes.

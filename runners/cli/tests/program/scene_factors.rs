@@ -46,7 +46,7 @@ fn factors_of_a_deck_in_every_form() {
     ended(0, &["factors", &deck, "--out", &csv]);
     let csv = std::fs::read_to_string(csv).unwrap();
     assert!(
-        csv.starts_with("from,to,factor\nlow,high,0.14986867"),
+        csv.starts_with("from,to,factor,bound,area,mesh_crc32\nlow,high,0.14986867"),
         "{csv}"
     );
     assert_eq!(csv.lines().count(), 5);
@@ -233,7 +233,8 @@ fn sparse_factors_between_polygons() {
     let lines = csv.lines().skip(1).zip(&found);
     assert_eq!(csv.lines().count(), found.len() + 1);
     for (line, (i, j, f)) in lines {
-        assert_eq!(line, format!("{},{},{f:?}", name(*i), name(*j)));
+        let own = format!("{},{},{f:?},", name(*i), name(*j));
+        assert!(line.starts_with(&own), "{line}");
     }
     let arrays = std::fs::read(arrays).unwrap();
     // The content of an array, whose head says how long it is.
@@ -361,6 +362,199 @@ fn factors_for_other_programs() {
         &fredholm(&["factors", &file, "--out", &out]),
         &[".idf or .epJSON"],
     );
+}
+
+/// What a CSV file says beside factors: bounds that hold, areas, and a checksum that others can compute.
+#[test]
+fn tables_have_bounds_areas_and_a_digest() {
+    let folder = Folder::new();
+    let deck = folder.file("squares.vs3", DECK);
+    let out = folder.at("f.csv");
+    let read = |more: &[&str]| -> Vec<Vec<String>> {
+        let ran = fredholm(&[&["factors", &deck, "--out", &out], more].concat());
+        assert_eq!(ran.status, Some(0), "{ran:?}");
+        let text = std::fs::read_to_string(&out).unwrap();
+        let line = |line: &str| line.split(',').map(str::to_owned).collect();
+        text.lines().skip(1).map(line).collect()
+    };
+    let number = |text: &str| text.parse::<f64>().unwrap();
+    let rough = read(&["--error", "1e-2"]);
+    let [factor, bound] = [2, 3].map(|k| number(&rough[0][k]));
+    let off = (factor - QUARTER_LESS).abs();
+    assert!(off > 1e-9 && off <= bound && bound <= 1e-2, "{off} {bound}");
+    // The square between has a quarter of the area, and the other square sees all of it: but for rounding exact.
+    let between: Vec<f64> = rough.iter().map(|line| number(&line[4])).collect();
+    assert_eq!(between, [1.0, 1.0, 1.0, 0.25]);
+    // Dropped factors move the others of their row, which is in the bound.
+    let whole = read(&["--error", "1e-2", "--drop", "0.14"]);
+    assert!(whole.len() < rough.len());
+    for line in &whole {
+        let same = rough.iter().find(|own| own[..2] == line[..2]).unwrap();
+        let moved = number(&line[2]) - number(&same[2]);
+        let more = number(&line[3]) - number(&same[3]);
+        assert!((more - moved).abs() < 1e-15, "{line:?}");
+    }
+    let fewer = read(&["--error", "1e-2", "--rows", "high"]);
+    let of = |line: &Vec<String>| (line[0].clone(), line[4].clone());
+    assert_eq!(
+        fewer.iter().map(of).collect::<Vec<_>>(),
+        [0, 1].map(|_| ("high".to_owned(), "1.0".to_owned()))
+    );
+    // CRC-32 by its definition, over the deck's polygons.
+    let corners = |z: f64, w: f64| [[0.0, 0.0, z], [w, 0.0, z], [w, w, z], [0.0, w, z]];
+    let mut high = corners(1.0, 1.0);
+    high.swap(0, 2);
+    let crc = |bytes: &[u8]| {
+        let bits = |sum: u32| {
+            (0..8).fold(sum, |sum, _| {
+                (sum >> 1) ^ (0xedb8_8320 & (sum & 1).wrapping_neg())
+            })
+        };
+        !bytes
+            .iter()
+            .fold(u32::MAX, |sum, &byte| bits(sum ^ u32::from(byte)))
+    };
+    let mut bytes = Vec::new();
+    for (name, polygon) in [
+        ("low", corners(0.0, 1.0)),
+        ("high", high),
+        ("between", corners(0.5, 0.5)),
+    ] {
+        bytes.extend(name.bytes().chain([0, 4, 0, 0, 0]));
+        bytes.extend(polygon.iter().flatten().flat_map(|x| x.to_le_bytes()));
+    }
+    let digest = format!("{:08x}", crc(&bytes));
+    assert!(
+        whole.iter().chain(&rough).all(|line| line[5] == digest),
+        "{digest} {rough:?}"
+    );
+    let json = ended(0, &["factors", &deck, "--json"]).json();
+    assert_eq!(json["mesh_crc32"], digest);
+}
+
+/// A list of OpenFOAM: a number, or the number of items and the items.
+#[derive(Debug)]
+enum Foam {
+    Number(f64),
+    List(Vec<Self>),
+}
+
+impl Foam {
+    /// What stands behind the head of a file, of this class.
+    fn read(text: &str, class: &str) -> Vec<Self> {
+        let (head, body) = text.split_once('}').unwrap();
+        assert!(
+            head.starts_with("FoamFile\n{") && head.contains(&format!("class {class};")),
+            "{head}"
+        );
+        let spaced = body.replace('(', " ( ").replace(')', " ) ");
+        let mut words = spaced.split_whitespace().peekable();
+        Self::items(&mut words)
+    }
+
+    fn items<'a>(words: &mut core::iter::Peekable<impl Iterator<Item = &'a str>>) -> Vec<Self> {
+        let mut all = Vec::new();
+        while let Some(word) = words.next_if(|word| *word != ")") {
+            let number: f64 = word.parse().unwrap();
+            all.push(match words.next_if_eq(&"(") {
+                Some(_) => {
+                    let own = Self::items(words);
+                    assert_eq!(words.next(), Some(")"));
+                    assert_eq!(own.len() as f64, number);
+                    Self::List(own)
+                }
+                None => Self::Number(number),
+            });
+        }
+        all
+    }
+
+    fn list(&self) -> &[Self] {
+        match self {
+            Self::List(own) => own,
+            Self::Number(number) => panic!("{number}"),
+        }
+    }
+
+    fn numbers(&self) -> Vec<f64> {
+        let number = |own: &Self| match own {
+            Self::Number(number) => *number,
+            Self::List(own) => panic!("{own:?}"),
+        };
+        self.list().iter().map(number).collect()
+    }
+}
+
+/// A unit cube whose floor is a pentagon and a triangle: faces of the file have factors, though the pentagon is cut.
+#[test]
+fn openfoam_gets_its_lists() {
+    let folder = Folder::new();
+    let cube = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\nv 1 .5 0\nv .5 1 0\n\
+        g floor\nf 1 2 9 10 4\nf 9 3 10\ng ceiling\nf 5 8 7 6\ng walls\nf 1 5 6 2\nf 2 6 7 3\nf 3 7 8 4\nf 4 8 5 1\n";
+    let cube = folder.file("cube.obj", cube);
+    let out = folder.at("F");
+    let refusal = fredholm(&["factors", &cube, "--out", &out]);
+    refused(
+        &refusal,
+        &["OpenFOAM has form factors between polygons: add `--faces`"],
+    );
+    let some = [
+        "factors", &cube, "--faces", "--rows", "floor", "--out", &out,
+    ];
+    refused(&fredholm(&some), &["OpenFOAM's format has all rows"]);
+    ended(0, &["factors", &cube, "--faces", "--out", &out]);
+    let read = |name: &str, class: &str| {
+        let text = std::fs::read_to_string(folder.at(name)).unwrap();
+        Foam::read(&text, class)
+    };
+    let factors = &read("F", "scalarListList")[0];
+    let faces = &read("globalFaceFaces", "labelListList")[0];
+    let areas = [0.875, 0.125, 1.0, 1.0, 1.0, 1.0, 1.0];
+    let mut whole = vec![vec![0.0; 7]; 7];
+    assert_eq!((factors.list().len(), faces.list().len()), (7, 7));
+    for (i, (row, to)) in factors.list().iter().zip(faces.list()).enumerate() {
+        let (row, to) = (row.numbers(), to.numbers());
+        assert_eq!(row.len(), to.len());
+        for (f, j) in row.iter().zip(&to) {
+            whole[i][*j as usize] = *f;
+        }
+        assert!((row.iter().sum::<f64>() - 1.0).abs() < 1e-12, "{row:?}");
+    }
+    for i in 0..7 {
+        for j in 0..7 {
+            assert!((areas[i] * whole[i][j] - areas[j] * whole[j][i]).abs() < 1e-13);
+        }
+    }
+    assert!(
+        (whole[2][0] + whole[2][1] - OPPOSITE).abs() < 1e-12,
+        "{whole:?}"
+    );
+    assert!(whole[0][1] == 0.0 && (whole[3][5] - OPPOSITE).abs() < 1e-12);
+    let own: Vec<f64> = (0..7).map(f64::from).collect();
+    let patches = &read("finalAgglom", "labelListList")[0];
+    let patches: Vec<Vec<f64>> = patches.list().iter().map(Foam::numbers).collect();
+    assert_eq!(patches, [&own[..2], &own[..1], &own[..4]]);
+    let map = read("mapDist", "mapDistribute");
+    for list in &map[1..3] {
+        assert_eq!(list.list().len(), 1);
+        assert_eq!(list.list()[0].numbers(), own);
+    }
+    let rest: Vec<String> = map[3..].iter().map(|own| format!("{own:?}")).collect();
+    assert_eq!(
+        rest,
+        [
+            "Number(0.0)",
+            "Number(0.0)",
+            "Number(0.0)",
+            "List([])",
+            "List([])"
+        ]
+    );
+    assert!(matches!(map[0], Foam::Number(7.0)));
+    for name in ["subMap", "constructMap"] {
+        assert_eq!(read(name, "labelListList")[0].list()[0].numbers(), own);
+    }
+    assert_eq!(read("constructMapDim", "labelList")[0].numbers(), [7.0]);
 }
 
 #[test]

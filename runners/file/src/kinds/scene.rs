@@ -2,6 +2,7 @@
 
 use fredholm::scene::{Colours, SceneModel, Temperatures, Vacuum};
 use fredholm::{Ask, GlobalQuantity, Goal, Model, Region, Scalar, Target};
+use fredholm_scene::Material;
 
 use super::room::no_surface;
 use super::{Kind, KindEntry, compact, shared};
@@ -47,10 +48,15 @@ fn read(section: Section<'_, '_>, is_vacuum: bool) -> Result<Scene, InputError> 
 }
 
 impl Scene {
-    fn model(&self, scalar: Scalar) -> Result<SceneModel, InputError> {
-        let scene = match scalar {
-            Scalar::F32 => self.file.scene::<f32>()?,
-            Scalar::F64 => self.file.scene::<f64>()?,
+    fn model(&self, file: &ProblemFile) -> Result<SceneModel, InputError> {
+        let passage = self.passage(file)?;
+        let (own, inlet) = match &passage {
+            Some((own, inlet)) => (own, Some(*inlet)),
+            None => (&self.file, None),
+        };
+        let scene = match file.walk.scalar.value {
+            Scalar::F32 => own.scene::<f32>()?,
+            Scalar::F64 => own.scene::<f64>()?,
         };
         let model = SceneModel::of_scene(self.names(), scene);
         if !self.file.channels.is_empty() {
@@ -63,10 +69,12 @@ impl Scene {
             return model.with_colours(colours).map_err(InputError::new);
         }
         if let Some(gas) = self.file.gas {
-            let throughputs = !self.file.without_fluxes;
-            return model
-                .with_vacuum(Vacuum { throughputs, ..gas })
-                .map_err(InputError::new);
+            let gas = Vacuum {
+                throughputs: !self.file.without_fluxes && inlet.is_none(),
+                inlet,
+                ..gas
+            };
+            return model.with_vacuum(gas).map_err(InputError::new);
         }
         if self.file.is_photometric {
             return model.with_photometry().map_err(InputError::new);
@@ -79,6 +87,87 @@ impl Scene {
             emissivities: surfaces.map(|surface| surface.emissivity).collect(),
             net_fluxes: !self.file.without_fluxes,
         }))
+    }
+
+    /// Where transmissions are asked for, the scene of molecules which enter by one surface alone, whose number this is, at 1 mbar, and stay
+    /// there and where they are asked for.
+    fn passage(&self, file: &ProblemFile) -> Result<Option<(SceneFile, usize)>, InputError> {
+        let mut all = file.targets.iter();
+        let Some(first) = all.find_map(|target| target.from.as_ref()) else {
+            return Ok(None);
+        };
+        if self.file.gas.is_none() {
+            return Err(file.error(
+                &first.place,
+                "a transmission is of molecules: `kind = \"vacuum\"`",
+            ));
+        }
+        if file.asks_sensitivities() {
+            return Err(file.error(
+                &first.place,
+                "derivatives of transmissions are not told: leave `sensitivities` out",
+            ));
+        }
+        let inlet = self.find(file, first)?;
+        let mut ends = vec![inlet];
+        for target in &file.targets {
+            let refuse = |place, message: &str| Err(file.error(place, message));
+            let names = match (&target.from, &target.what) {
+                (None, _) => {
+                    let message = "where a transmission is asked for, molecules enter by its `from` alone: ask for pressures in another file";
+                    return refuse(&target.name.place, message);
+                }
+                (Some(from), _) if from.value != first.value => {
+                    let message = "transmissions are from one surface: ask for those from another in another file";
+                    return refuse(&from.place, message);
+                }
+                (_, What::OverSurface(name)) => core::slice::from_ref(name),
+                (_, What::OverSurfaces(names)) => &names.value,
+                (Some(from), _) => {
+                    return refuse(
+                        &from.place,
+                        "a transmission is to surfaces: `over = \"name\"`",
+                    );
+                }
+            };
+            for name in names {
+                let outlet = self.find(file, name)?;
+                if outlet == inlet {
+                    return refuse(
+                        &name.place,
+                        "molecules enter by this surface: name another by which they leave",
+                    );
+                }
+                ends.push(outlet);
+            }
+        }
+        let mut own = self.file.clone();
+        for (number, surface) in own.surfaces.iter_mut().enumerate() {
+            let refuse = |message: &str| {
+                let (source, name) = (&file.source.name, &surface.name);
+                Err(InputError::new(format_args!(
+                    "{source}: surface {name:?}: {message}"
+                )))
+            };
+            if surface.material.emission > 0.0 {
+                return refuse(
+                    "of a transmission molecules enter by its `from` alone: leave out the outgassing",
+                );
+            }
+            if !ends.contains(&number) {
+                continue;
+            }
+            if surface.material.reflectance != 1.0 && surface.material.reflectance != 0.0 {
+                return refuse(
+                    "every molecule that comes here leaves, as a transmission is asked for: leave out `sticking` and `pump`",
+                );
+            }
+            surface.material = Material {
+                reflectance: 0.0,
+                emission: f64::from(u8::from(number == inlet)),
+            };
+        }
+        Ok(Some((own, inlet)))
     }
 
     fn names(&self) -> Vec<String> {
@@ -165,7 +254,7 @@ impl Kind for Scene {
     }
 
     fn resolve(&self, file: &ProblemFile) -> Result<(Resolution, Vec<Target>), InputError> {
-        let model = self.model(file.walk.scalar.value)?;
+        let model = self.model(file)?;
         let checked = |region: Region| {
             let goal = Goal::new("", region);
             match model.check_goals(core::slice::from_ref(&goal)) {
@@ -229,7 +318,7 @@ impl Kind for Scene {
     }
 
     /// Names, polygons, materials and lights, and whether they are of heat; not where they stand.
-    fn identity(&self, _: &ProblemFile) -> Result<String, InputError> {
+    fn identity(&self, problem: &ProblemFile) -> Result<String, InputError> {
         let surfaces = self.file.surfaces.iter();
         let all: Vec<_> = surfaces
             .map(|surface| {
@@ -253,6 +342,8 @@ impl Kind for Scene {
             all,
             &file.channels,
         ));
-        Ok(all + &gas)
+        let mut targets = problem.targets.iter();
+        let inlet = targets.find_map(|target| target.from.as_ref());
+        Ok(all + &gas + inlet.map_or("", |inlet| &inlet.value))
     }
 }

@@ -90,8 +90,12 @@ pub(crate) fn of_problem(
     let gas = is_vacuum.then(|| vacuum::read(&mut problem)).transpose()?;
     let open = problem.read("open", Field::boolean)?;
     let mesh = problem.optional("mesh");
-    let placing = Placing::read(&mut problem)?;
-    if let (None, Some(key)) = (&mesh, &placing.key) {
+    let inward = problem.optional("inward");
+    let mut placing = Placing::read(&mut problem)?;
+    if let Some(key) = &inward {
+        placing.inside_out = key.boolean()?.value;
+    }
+    if let (None, Some(key)) = (&mesh, inward.as_ref().or(placing.key.as_ref())) {
         return Err(key.unsuited(
             "this places the `mesh` of `[problem]`, and there is none: put it into each `[[problem.surface]]`",
         ));
@@ -160,11 +164,12 @@ pub(crate) fn of_problem(
     Ok(reader.scene)
 }
 
-/// Where a mesh or a surface is put: scaled, then turned about the axes x, y and z, then moved.
+/// Where a mesh or a surface is put: scaled, then turned about the axes x, y and z, then moved; and perhaps turned inside out.
 struct Placing<'s, 'i> {
     scale: f64,
     turn: [[f64; 3]; 3],
     shift: [f64; 3],
+    inside_out: bool,
     /// The first key of it.
     key: Option<Field<'s, 'i>>,
 }
@@ -198,6 +203,7 @@ impl<'s, 'i> Placing<'s, 'i> {
             scale,
             turn,
             shift: three(&translate)?,
+            inside_out: false,
             key: scale_key.or(rotate).or(translate),
         })
     }
@@ -214,6 +220,10 @@ impl<'s, 'i> Placing<'s, 'i> {
         let holes = outline.holes.iter_mut().flatten();
         let points = outline.points.iter_mut().chain(holes);
         points.for_each(|p| *p = self.apply(*p));
+        if self.inside_out {
+            outline.points.reverse();
+            outline.holes.iter_mut().for_each(|hole| hole.reverse());
+        }
         outline
     }
 
@@ -253,8 +263,12 @@ impl Reader<'_> {
             _ => Vec::from([field.string()?]),
         };
         for path in &paths {
-            let mesh = self.load(path)?;
+            let mut mesh = self.load(path)?;
             let first = self.scene.surfaces.len();
+            self.of_gas.append(&mut mesh.of_gas);
+            self.scene
+                .two_sided
+                .extend(mesh.two_sided.iter().map(|own| first + own));
             self.scene
                 .outlines
                 .extend(mesh.outlines.into_iter().map(|own| Outline {
@@ -281,7 +295,7 @@ impl Reader<'_> {
         if !super::is_mesh(&whole) {
             return Err(self.error(
                 &path.place,
-                "a mesh is an .obj, .stl, .ply, .vs3 or .epJSON file",
+                "a mesh is an .obj, .stl, .ply, .vs3 or .epJSON file, or Molflow's .geo",
             ));
         }
         let name = whole.display().to_string();
@@ -329,7 +343,7 @@ impl Reader<'_> {
         let inward_key = section.optional("inward");
         let inward = inward_key.as_ref().map(Field::boolean).transpose()?;
         let two_sided = section.read("two_sided", Field::boolean)?;
-        let placing = Placing::read(&mut section)?;
+        let mut placing = Placing::read(&mut section)?;
         let material = match self.scene.gas {
             Some(_) => {
                 let words = vacuum::Words::read(&mut section)?;
@@ -374,10 +388,9 @@ impl Reader<'_> {
         let at = self.scene.surfaces.len();
         self.known.insert(name.value.clone(), at);
         self.scene.surfaces.push(own);
-        let (inward, first) = (
-            inward.is_some_and(|inward| inward.value),
-            self.scene.outlines.len(),
-        );
+        let inward = inward.is_some_and(|inward| inward.value);
+        placing.inside_out = inward && shape.name == "mesh";
+        let first = self.scene.outlines.len();
         self.shape((shape, holes.as_ref()), at, inward)?;
         if let Some(surface) = self.scene.surfaces.get_mut(at) {
             *surface = moved(surface.clone(), &placing);
@@ -449,14 +462,10 @@ impl Reader<'_> {
             }
             _ => {
                 let path = field.string()?;
-                let mut mesh = self.load(&path)?;
-                if inward {
-                    let polygons = mesh.surfaces.iter_mut().flat_map(|own| &mut own.polygons);
-                    polygons.for_each(|polygon| *polygon = shapes::reversed(polygon));
-                    for outline in &mut mesh.outlines {
-                        outline.points.reverse();
-                        outline.holes.iter_mut().for_each(|hole| hole.reverse());
-                    }
+                let mesh = self.load(&path)?;
+                if !mesh.of_gas.is_empty() {
+                    let message = "a geometry of Molflow has surfaces of its own: give it as the `mesh` of `[problem]`";
+                    return Err(field.error(message));
                 }
                 let outlines = mesh.outlines.into_iter();
                 self.scene
@@ -511,6 +520,10 @@ fn moved(mut surface: SceneSurface, placing: &Placing<'_, '_>) -> SceneSurface {
                 Polygon::Quad(p) => Polygon::Quad(p.map(|p| placing.apply(p))),
             };
         }
+    }
+    if placing.inside_out {
+        let polygons = surface.polygons.iter_mut();
+        polygons.for_each(|polygon| *polygon = shapes::reversed(polygon));
     }
     surface
 }

@@ -8,6 +8,9 @@ mod description;
 mod epjson;
 pub(crate) mod light;
 mod material;
+// A page reads no files of its own.
+#[cfg(feature = "parts")]
+mod molflow;
 mod obj;
 mod outline;
 mod ply;
@@ -91,6 +94,10 @@ pub struct SceneFile {
     moved: f64,
     /// The polygons that are not cut yet.
     outlines: Vec<Outline>,
+    /// What surfaces of a mesh do with molecules, by their names.
+    of_gas: Vec<(String, vacuum::Words)>,
+    /// Surfaces of a mesh that have backs.
+    two_sided: Vec<usize>,
     /// The files that polygons stand in.
     names: Vec<Origin>,
     /// Where the file should have surfaces and has none, until arrays give some.
@@ -168,7 +175,23 @@ impl SceneFile {
     /// # Errors
     /// What is wrong with it, with file and line, and the names of surfaces.
     pub fn scene<F: fredholm_core::Real>(&self) -> Result<Scene, InputError> {
-        let materials: Vec<[Material; 1]> = self.surfaces.iter().map(|s| [s.material]).collect();
+        self.scene_of::<F>(|own| own.material)
+    }
+
+    /// The scene with black surfaces, for what asks for places alone.
+    ///
+    /// # Errors
+    /// As [`Self::scene`].
+    pub fn geometry(&self) -> Result<Scene, InputError> {
+        self.scene_of::<f64>(|_| Material::BLACK)
+    }
+
+    fn scene_of<F: fredholm_core::Real>(
+        &self,
+        material: fn(&SceneSurface) -> Material,
+    ) -> Result<Scene, InputError> {
+        let materials = self.surfaces.iter().map(|own| [material(own)]);
+        let materials: Vec<[Material; 1]> = materials.collect();
         let surfaces: Vec<Surface<'_>> = self
             .surfaces
             .iter()
@@ -241,6 +264,25 @@ impl SceneFile {
             "{place}: {error} ({}){hint}",
             known.join("; ")
         ))
+    }
+
+    /// Which polygon of its file each polygon of a surface is a part of, from 0: meshes have some with more vertices than four, or off a plane.
+    #[must_use]
+    pub fn drawn(&self, surface: usize) -> Vec<usize> {
+        let places = self
+            .surfaces
+            .get(surface)
+            .map_or(&[][..], |own| &own.places);
+        let is_mesh = |file: u32| {
+            let origin = self.names.get(file as usize);
+            origin.is_some_and(|own| is_mesh(Path::new(own.name())))
+        };
+        let mut numbers = vec![0; places.len().min(1)];
+        for pair in places.windows(2) {
+            let is_part = pair[0] == pair[1] && is_mesh(pair[1].0);
+            numbers.push(numbers.last().copied().unwrap_or(0) + usize::from(!is_part));
+        }
+        numbers
     }
 
     /// The place of a file in the list.
@@ -422,6 +464,8 @@ enum Format {
     Ply,
     Vs3,
     EpJson,
+    #[cfg(feature = "parts")]
+    Molflow,
 }
 
 /// The format of a file by the end of its name.
@@ -433,6 +477,8 @@ fn format_of(path: &Path) -> Option<Format> {
         "ply" => Some(Format::Ply),
         "vs3" => Some(Format::Vs3),
         "epjson" => Some(Format::EpJson),
+        #[cfg(feature = "parts")]
+        "geo" => Some(Format::Molflow),
         _ => None,
     }
 }
@@ -476,7 +522,7 @@ pub fn parse_mesh(name: &str, bytes: Vec<u8>) -> Result<SceneFile, InputError> {
 fn parse_outlines(name: &str, bytes: Vec<u8>, weld: Option<f64>) -> Result<SceneFile, InputError> {
     let Some(format) = format_of(Path::new(name)) else {
         return Err(InputError::new(format_args!(
-            "{name}: a mesh is an .obj, .stl, .ply, .vs3 or .epJSON file"
+            "{name}: a mesh is an .obj, .stl, .ply, .vs3 or .epJSON file, or Molflow's .geo"
         )));
     };
     let mut scene = SceneFile {
@@ -493,6 +539,8 @@ fn parse_outlines(name: &str, bytes: Vec<u8>, weld: Option<f64>) -> Result<Scene
             let text = String::from_utf8_lossy(&bytes).into_owned();
             let read = match format {
                 Format::Obj => obj::read(&mut scene, file, &joined(&text)),
+                #[cfg(feature = "parts")]
+                Format::Molflow => molflow::read(&mut scene, file, &text),
                 _ => vs3::read(&mut scene, file, &text),
             };
             let source = Source {
@@ -532,6 +580,9 @@ fn parse_outlines(name: &str, bytes: Vec<u8>, weld: Option<f64>) -> Result<Scene
 impl SceneFile {
     /// Welds and cuts what is left to be.
     fn finish(&mut self, name: &str) -> Result<(), InputError> {
+        for surface in core::mem::take(&mut self.two_sided) {
+            self.add_back(surface);
+        }
         let Some(near) = self.weld.take() else {
             return Ok(());
         };

@@ -88,6 +88,16 @@ pub(super) struct Words {
 }
 
 impl Words {
+    /// The words of a surface with this sticking factor, which gives off so much in mbar l/s.
+    #[cfg(feature = "parts")]
+    pub(super) fn of(sticking: f64, outgassing: f64) -> Self {
+        Self {
+            sticking: Some(Placed::default(sticking)),
+            outgassing: Some(Placed::default(outgassing)),
+            ..Self::default()
+        }
+    }
+
     /// Reads what a surface says; `None` if it says nothing of gas.
     pub(super) fn read(section: &mut Section<'_, '_>) -> Result<Option<Self>, InputError> {
         let mut read = |key: &'static str, most: f64, message: &str| {

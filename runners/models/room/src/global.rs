@@ -186,7 +186,7 @@ impl RoomField<'_> {
         let wall = wall.ok_or(Error::Internal("a wall that is none"))?;
         Ok(match quantity {
             GlobalQuantity::U | GlobalQuantity::Temperature => [wall.emission, wall.reflectance],
-            GlobalQuantity::Irradiance => [0.0, 1.0],
+            GlobalQuantity::Irradiance | GlobalQuantity::Transmission => [0.0, 1.0],
             GlobalQuantity::NetFlux => [wall.emission, wall.reflectance - 1.0],
         })
     }
@@ -219,7 +219,9 @@ impl RoomField<'_> {
     ) -> Result<(), Error> {
         let mut moments = vec![0.0; self.unknowns()];
         match region {
-            Region::Irradiance(of) => return self.image(room, GlobalQuantity::Irradiance, of, out),
+            Region::Irradiance(of) | Region::Transmission(of) => {
+                return self.image(room, GlobalQuantity::Irradiance, of, out);
+            }
             Region::NetFlux(of) => {
                 self.image(room, GlobalQuantity::NetFlux, of, out)?;
                 // Of a part it is that out of all of its length.

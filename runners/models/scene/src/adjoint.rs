@@ -52,8 +52,13 @@ impl Adjoint {
                     .to_owned(),
             );
         };
-        let is_flux =
-            |goal: &Goal| matches!(goal.region, Region::NetFlux(_) | Region::Temperature(_));
+        let is_flux = |goal: &Goal| {
+            let asked = &goal.region;
+            matches!(
+                asked,
+                Region::NetFlux(_) | Region::Temperature(_) | Region::Transmission(_)
+            )
+        };
         if goals.iter().any(is_flux) {
             return refuse(
                 "walks from the sources serve radiosities and irradiances: leave `adjoint` out, or `ask`"

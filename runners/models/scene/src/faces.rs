@@ -155,9 +155,12 @@ impl SceneModel {
         if self.colours().is_some() {
             return refuse("values of all faces are those of one channel: leave `channels` out");
         }
-        if request.quantity == GlobalQuantity::Temperature {
+        if matches!(
+            request.quantity,
+            GlobalQuantity::Temperature | GlobalQuantity::Transmission
+        ) {
             return refuse(
-                "values of all faces are radiosities, irradiances or net fluxes: ask for temperatures at targets",
+                "values of all faces are radiosities, irradiances or net fluxes: ask for other quantities at targets",
             );
         }
         if request.quantity == GlobalQuantity::NetFlux && self.heat().is_none() {

@@ -125,7 +125,9 @@ impl SceneField<'_> {
         // a u + b: H = (u − F)/ρ, and the net flux F − (1 − ρ) H.
         let [a, b] = match quantity {
             GlobalQuantity::U | GlobalQuantity::Temperature => [1.0, 0.0],
-            GlobalQuantity::Irradiance => [1.0 / reflectance, -emission / reflectance],
+            GlobalQuantity::Irradiance | GlobalQuantity::Transmission => {
+                [1.0 / reflectance, -emission / reflectance]
+            }
             GlobalQuantity::NetFlux => {
                 let absorbed = (1.0 - reflectance) / reflectance;
                 [-absorbed, emission + absorbed * emission]

@@ -11,7 +11,10 @@ impl RadiativeExchange for SceneModel {
     fn carried(&self) -> Carried {
         match &self.light {
             Light::Heat(_) => Carried::Heat,
-            Light::Gas(gas) => Carried::Gas(gas.speed_of(1.0)),
+            Light::Gas(gas) => Carried::Gas {
+                scale: gas.speed_of(1.0),
+                inlet: gas.inlet,
+            },
             _ => Carried::Light,
         }
     }

@@ -180,6 +180,8 @@ pub struct Vacuum {
     pub mean_speed: f64,
     /// Whether the net throughputs of all surfaces are wanted.
     pub throughputs: bool,
+    /// The number of the surface by which all molecules enter, of [transmissions](fredholm_model::GlobalQuantity::Transmission).
+    pub inlet: Option<usize>,
 }
 
 impl Vacuum {
@@ -192,6 +194,7 @@ impl Vacuum {
         Self {
             mean_speed: square.sqrt(),
             throughputs: true,
+            inlet: None,
         }
     }
 

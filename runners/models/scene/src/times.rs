@@ -17,9 +17,9 @@ use fredholm_model::{
 use fredholm_rayon::{Observer, fill_rows};
 use fredholm_scene::{Beam, Irradiance, Material, Point, Radiosity, Sources};
 
-use crate::SceneModel;
 use crate::partition::{ScenePartition, Walked};
 use crate::places::{Origin, Place};
+use crate::{Light, SceneModel};
 
 /// The sun and the sky at one time.
 ///
@@ -298,6 +298,9 @@ impl SceneModel {
         };
         if self.colours().is_some() {
             return refuse("values at many times are those of one channel: leave `channels` out");
+        }
+        if matches!(self.light, Light::Gas(_)) {
+            return refuse("suns and skies are of light, and a vacuum has molecules alone");
         }
         let is_sun = |beam: &Beam<f64>| matches!(beam, Beam::Parallel { .. });
         if self.scene.beams().iter().any(is_sun) {

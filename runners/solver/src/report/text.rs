@@ -281,7 +281,7 @@ pub(super) fn heads_of_heats(goals: &[GoalReport]) -> impl Iterator<Item = Strin
     let leaving = goals.iter().find_map(|goal| goal.net_flux?.unit);
     let names = [
         with_unit(word_of("irradiance", arriving), arriving),
-        with_unit("net flux", leaving),
+        with_unit(word_of("net flux", leaving), leaving),
         "temperature, K".to_owned(),
         "mean radiant temperature, K".to_owned(),
     ];
@@ -289,10 +289,11 @@ pub(super) fn heads_of_heats(goals: &[GoalReport]) -> impl Iterator<Item = Strin
     names.filter_map(|(name, is_there)| is_there.then_some(name))
 }
 
-/// What people call a quantity in its unit: the irradiance of molecules is a pressure, their net flux a throughput.
+/// What people call a quantity in its unit: the irradiance of molecules is a pressure, their net flux a throughput, and by pressure a conductance.
 fn word_of<'w>(quantity: &'w str, unit: Option<&str>) -> &'w str {
     match (quantity, unit) {
         ("irradiance", Some("mbar")) => "pressure",
+        ("net flux", Some("l/s")) => "conductance",
         ("net flux out of", Some("mbar l/s")) => "net throughput of",
         _ => quantity,
     }
