@@ -241,7 +241,9 @@ impl Format {
 
 /// The form factors of a room or a deck in the plane.
 fn of_room(args: &FactorsArgs) -> Result<Factors, Failure> {
+    let format = args.out.as_deref().and_then(Format::of);
     let flags = [
+        ("--out F", format == Some(Format::Foam)),
         ("--error", args.error.is_some()),
         ("--open", args.open),
         ("--faces", args.faces),

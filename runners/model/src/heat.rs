@@ -154,7 +154,7 @@ pub fn tolerance_of(asked: Option<Tolerance>, goals: &[Goal]) -> Result<Option<T
                 refuse("the error of a temperature is one in kelvin: leave `relative` out")
             }
             _ if !goals.iter().all(is_temperature) => refuse(
-                "some targets ask for a temperature, whose error is in kelvin, and others do not: let all ask for temperatures, give                  `walks` in its place, or solve twice",
+                "some targets ask for a temperature, whose error is in kelvin, and others do not: let all ask for temperatures, give `walks` in its place, or solve twice",
             ),
             Tolerance::Absolute(bound) => Ok(Some(in_kelvin(bound))),
             own @ Tolerance::FourthRoot { .. } => Ok(Some(own)),
