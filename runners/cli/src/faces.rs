@@ -7,7 +7,7 @@ use fredholm_file::{Place, Placed, SetByFlag as _, Target, What};
 use fredholm_plot::Figure;
 
 use crate::args::FacesArgs;
-use crate::failure::{Ended, Failure, print, say};
+use crate::failure::{Ended, Failure, print};
 use crate::file::Resolution;
 use crate::progress::{Progress, Signals};
 use crate::results::{self, Format, Results};
@@ -52,13 +52,8 @@ pub(crate) fn faces(args: &FacesArgs, signals: &Signals) -> Result<Ended, Failur
     let found = with_threads(args.common.threads, || {
         on_faces(args, &problem, model, signals)
     })?;
-    let report = match found {
-        Ok(report) => report,
-        Err(Error::Cancelled) => {
-            say("warning: interrupted");
-            return Ok(Ended::Interrupted);
-        }
-        Err(error) => return Err(Failure::of(&problem.file)(error)),
+    let Some(report) = problem.unless_interrupted(found)? else {
+        return Ok(Ended::Interrupted);
     };
     results::finish(outs, &report)?;
     print(match args.common.json {
@@ -80,11 +75,7 @@ fn on_faces(
 ) -> Result<FacesReport, Error> {
     let settings = &problem.resolved.settings;
     let walk = settings.walk_options();
-    let most = match walk.tolerance {
-        Some(_) => u64::MAX,
-        None => (walk.walks).saturating_mul(model.scene().faces().len() as u64),
-    };
-    let progress = Progress::new(most, signals);
+    let progress = Progress::of_each(model.scene().faces().len(), &walk, signals);
     let request = FacesRequest {
         quantity: args.ask,
         walk: &walk,

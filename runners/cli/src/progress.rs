@@ -6,10 +6,10 @@ use std::io::IsTerminal;
 use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 
-use fredholm::Settings;
 use fredholm::answer::SolveObserver;
 use fredholm::choice::{ChoiceReport, LONG_SECONDS};
 use fredholm::numbers::short;
+use fredholm::{Settings, WalkOptions};
 use fredholm_core::Statistics;
 use fredholm_rayon::Observer;
 use indicatif::{
@@ -85,6 +85,12 @@ fn in_words(left: Duration) -> String {
 }
 
 impl<'a> Progress<'a> {
+    /// A bar for the walks of so many values.
+    pub(crate) fn of_each(values: usize, walk: &WalkOptions, signals: &'a Signals) -> Self {
+        let all = walk.walks.saturating_mul(values as u64);
+        Self::new(walk.tolerance.map_or(all, |_| u64::MAX), signals)
+    }
+
     /// A bar for so many walks; `u64::MAX` if that is not known yet.
     pub(crate) fn new(walks: u64, signals: &'a Signals) -> Self {
         let began: Arc<OnceLock<Instant>> = Arc::default();

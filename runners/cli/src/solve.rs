@@ -106,6 +106,20 @@ pub(crate) struct Problem {
 }
 
 impl Problem {
+    /// What was found, and nothing of an interrupted command, which is said.
+    pub(crate) fn unless_interrupted<T>(
+        &self,
+        found: Result<T, Error>,
+    ) -> Result<Option<T>, Failure> {
+        match found {
+            Err(Error::Cancelled) => {
+                say("warning: interrupted");
+                Ok(None)
+            }
+            found => found.map(Some).map_err(Failure::of(&self.file)),
+        }
+    }
+
     /// The problem, with notes to the user.
     pub(crate) fn new(file: ProblemFile, time_limit: Option<Duration>) -> Result<Self, Failure> {
         let problem = Self::without_notes(file, time_limit)?;

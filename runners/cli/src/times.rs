@@ -44,13 +44,8 @@ pub(crate) fn times(args: &TimesArgs, signals: &Signals) -> Result<Ended, Failur
     let found = with_threads(args.common.threads, || {
         at_times(&problem, model, &times, signals)
     })?;
-    let report = match found {
-        Ok(report) => report,
-        Err(Error::Cancelled) => {
-            say("warning: interrupted");
-            return Ok(Ended::Interrupted);
-        }
-        Err(error) => return Err(Failure::of(&problem.file)(error)),
+    let Some(report) = problem.unless_interrupted(found)? else {
+        return Ok(Ended::Interrupted);
     };
     if let Some((is_json, output)) = output {
         let text = match is_json {
@@ -84,11 +79,7 @@ fn at_times(
 ) -> Result<TimesReport, Error> {
     let settings = &problem.resolved.settings;
     let walk = settings.walk_options();
-    let most = match walk.tolerance {
-        Some(_) => u64::MAX,
-        None => walk.walks.saturating_mul(problem.goals.len() as u64),
-    };
-    let progress = Progress::new(most, signals);
+    let progress = Progress::of_each(problem.goals.len(), &walk, signals);
     let request = TimesRequest {
         goals: &problem.goals,
         times: &times.lights,
