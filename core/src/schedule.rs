@@ -20,13 +20,8 @@ pub enum Tolerance {
     Absolute(f64),
     /// A standard error relative to the magnitude of the estimate.
     Relative(f64),
-    /// A standard error of the fourth root of the estimate, which is that of a temperature where walks estimate σT⁴.
-    FourthRoot {
-        /// The standard error of the root.
-        bound: f64,
-        /// The unit of the estimate: the root is that of so many of them.
-        unit: f64,
-    },
+    /// A standard error of the fourth root of the estimate: where walks estimate σT⁴, σ^¼ times that of T.
+    FourthRoot(f64),
 }
 
 /// The fewest batches whose error bar is believed.
@@ -46,7 +41,7 @@ impl Tolerance {
     #[must_use]
     pub const fn bound(&self) -> f64 {
         match *self {
-            Self::Absolute(bound) | Self::Relative(bound) | Self::FourthRoot { bound, .. } => bound,
+            Self::Absolute(bound) | Self::Relative(bound) | Self::FourthRoot(bound) => bound,
         }
     }
 
@@ -58,15 +53,15 @@ impl Tolerance {
 
     /// The standard error that is asked for of an estimate of this size, in its units.
     ///
-    /// The error of a root T = (x/unit)^¼ is ΔT, and so that of x is ΔT dx/dT = 4 x ΔT/T; there is none where x is not above 0.
+    /// The error of a root r = x^¼ is Δr, and so that of x is Δr dx/dr = 4 x Δr/r; there is none where x is not above 0.
     ///
     /// ```
     /// use fredholm_core::Tolerance;
     ///
     /// assert_eq!(Tolerance::Relative(0.01).error_at(-50.0), 0.5);
-    /// // x = 3 · 2⁴, and 0.1 of the root: 4 · 48 · 0.1/2.
-    /// let of_root = Tolerance::FourthRoot { bound: 0.1, unit: 3.0 };
-    /// assert!((of_root.error_at(48.0) - 9.6).abs() < 1e-12);
+    /// // 0.1 of the root of x = 2⁴: 4 · 16 · 0.1/2.
+    /// let of_root = Tolerance::FourthRoot(0.1);
+    /// assert!((of_root.error_at(16.0) - 3.2).abs() < 1e-12);
     /// ```
     #[must_use]
     #[inline]
@@ -74,10 +69,10 @@ impl Tolerance {
         match *self {
             Self::Absolute(bound) => bound,
             Self::Relative(bound) => bound * estimate.abs(),
-            Self::FourthRoot { bound, unit } if estimate > 0.0 => {
-                4.0 * bound * estimate / Real::sqrt(Real::sqrt(estimate / unit))
+            Self::FourthRoot(bound) if estimate > 0.0 => {
+                4.0 * bound * estimate / Real::sqrt(Real::sqrt(estimate))
             }
-            Self::FourthRoot { .. } => 0.0,
+            Self::FourthRoot(_) => 0.0,
         }
     }
 

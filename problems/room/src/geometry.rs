@@ -293,9 +293,11 @@ impl<'a, F: Real> Geometry<'a, F> {
     #[inline(always)]
     pub(crate) const fn original(&self, wall: u32) -> u32 {
         if (wall as usize) < self.own {
-            wall
-        } else {
-            (wall as usize % self.own) as u32
+            return wall;
+        }
+        match (wall as usize).checked_rem(self.own) {
+            Some(original) => original as u32,
+            None => wall,
         }
     }
 

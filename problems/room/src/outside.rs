@@ -239,19 +239,28 @@ impl<F: Real, C> Room<'_, F, C> {
         position: Vector<F>,
         [mut right, mut left]: [Vector<F>; 2],
     ) -> [Vector<F>; 2] {
-        let Some(at) = own.ends.iter().position(|end| *end == position) else {
+        let [start, end] = own.ends;
+        let [first, last] = own.vertices;
+        let (vertex, is_end) = if position == start {
+            (first, false)
+        } else if position == end {
+            (last, true)
+        } else {
             return [right, left];
         };
-        let vertex = own.vertices[at];
         for other in self.geometry().all() {
-            let Some(near) = other.vertices.iter().position(|v| *v == vertex) else {
+            let ([a, b], [from, to]) = (other.vertices, other.ends);
+            let far = if a == vertex {
+                to
+            } else if b == vertex {
+                from
+            } else {
                 continue;
             };
-            let to = sub(other.ends[1 - near], position);
+            let to = sub(far, position);
             if dot(own.normal(), to) > zero() {
-                let side = if at == 1 { &mut right } else { &mut left };
-                let turn = cross(*side, to);
-                if (turn > zero()) == (at == 1) {
+                let side = if is_end { &mut right } else { &mut left };
+                if (cross(*side, to) > zero()) == is_end {
                     *side = to;
                 }
             }

@@ -275,7 +275,7 @@ fn options_sum(options: &RunOptions, walks: &WalkOptions) -> u32 {
         None => (0, 0.0),
         Some(Tolerance::Absolute(bound)) => (1, bound),
         Some(Tolerance::Relative(bound)) => (2, bound),
-        Some(Tolerance::FourthRoot { bound, unit }) => (3, bound / unit),
+        Some(Tolerance::FourthRoot(bound)) => (3, bound),
     };
     let (ends, probability) = match walks.absorption {
         Absorption::Roulette => (0, 0.0),

@@ -5,7 +5,6 @@ use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::Choices;
-use crate::heat::in_kelvin;
 
 /// An option with a few values, by its word.
 pub(crate) mod choice {
@@ -50,14 +49,14 @@ pub(crate) mod open_choice {
 
 /// A tolerance, absolute or relative.
 pub(crate) mod tolerance {
-    use super::{Deserialize, Deserializer, Serialize, Serializer, Tolerance, in_kelvin};
+    use super::{Deserialize, Deserializer, Serialize, Serializer, Tolerance};
 
     #[derive(Serialize, Deserialize)]
     #[serde(rename_all = "lowercase")]
     enum Written {
         Absolute(f64),
         Relative(f64),
-        Kelvin(f64),
+        FourthRoot(f64),
     }
 
     pub(crate) fn serialize<S: Serializer>(
@@ -67,7 +66,7 @@ pub(crate) mod tolerance {
         let written = value.map(|tolerance| match tolerance {
             Tolerance::Absolute(error) => Written::Absolute(error),
             Tolerance::Relative(error) => Written::Relative(error),
-            Tolerance::FourthRoot { bound, .. } => Written::Kelvin(bound),
+            Tolerance::FourthRoot(error) => Written::FourthRoot(error),
         });
         written.serialize(to)
     }
@@ -79,7 +78,7 @@ pub(crate) mod tolerance {
         Ok(written.map(|written| match written {
             Written::Absolute(error) => Tolerance::Absolute(error),
             Written::Relative(error) => Tolerance::Relative(error),
-            Written::Kelvin(error) => in_kelvin(error),
+            Written::FourthRoot(error) => Tolerance::FourthRoot(error),
         }))
     }
 }
