@@ -167,6 +167,20 @@ impl Scene {
     }
 }
 
+/// The directions, from right to left, that are in both of two intervals in front of one wall.
+fn common<F: Real>(
+    [right, left]: [Vector<F>; 2],
+    [from, to]: [Vector<F>; 2],
+) -> Option<[Vector<F>; 2]> {
+    let right = if cross(right, from) > zero() {
+        from
+    } else {
+        right
+    };
+    let left = if cross(to, left) > zero() { to } else { left };
+    (cross(right, left) > zero()).then_some([right, left])
+}
+
 impl<F: Real, C> Room<'_, F, C> {
     /// E, the irradiance of a point by the light from outside directly: exact, with what hides it.
     // Not inline: walks without such light have nothing of this in their loop.
@@ -177,30 +191,40 @@ impl<F: Real, C> Room<'_, F, C> {
         let Some(own) = self.geometry().wall(viewer.wall) else {
             return F::NAN;
         };
-        let normal = own.normal();
+        let (normal, [tx, ty]) = (own.normal(), own.tangent);
         let mut sum: F = zero();
         for light in self.outside {
-            match *light {
-                Outside::Sun {
-                    towards,
-                    irradiance,
-                } => {
-                    let cosine = dot(normal, towards);
-                    if cosine > zero() && !self.hides(own, viewer.wall, viewer.position, towards) {
-                        sum += irradiance * cosine;
-                    }
-                }
-                Outside::Sky { between, emission } => {
-                    let Some(between) = in_front(own, between) else {
-                        continue;
-                    };
-                    let between = self.before_corners(own, viewer.position, between);
-                    let geometry = self.geometry();
-                    geometry.open_pieces(own, &viewer, between, |right, left| {
-                        sum += emission * factor(normal, right, left, cross(right, left));
-                    });
+            if let Outside::Sun {
+                towards,
+                irradiance,
+            } = *light
+            {
+                let cosine = dot(normal, towards);
+                if cosine > zero() && !self.hides(own, viewer.wall, viewer.position, towards) {
+                    sum += irradiance * cosine;
                 }
             }
+        }
+        let is_sky = |own: &Outside<F>| matches!(own, Outside::Sky { .. });
+        if !self.outside.iter().any(is_sky) {
+            return sum;
+        }
+        // One look at each half of what is in front, however many parts the sky has.
+        for half in [[[tx, ty], normal], [normal, [-tx, -ty]]] {
+            let half = self.before_corners(own, viewer.position, half);
+            let geometry = self.geometry();
+            geometry.open_pieces(own, &viewer, half, |right, left| {
+                for light in self.outside {
+                    let Outside::Sky { between, emission } = *light else {
+                        continue;
+                    };
+                    if let Some(between) = in_front(own, between)
+                        && let Some([right, left]) = common([right, left], between)
+                    {
+                        sum += emission * factor(normal, right, left, cross(right, left));
+                    }
+                }
+            });
         }
         sum
     }

@@ -69,6 +69,25 @@ fn every_face_has_a_row() {
     );
 }
 
+/// Where no light comes there is an end, too.
+#[test]
+fn all_is_dark() {
+    let folder = Folder::new();
+    let plate = "[problem]\nkind = \"scene\"\nopen = true\n[[problem.light]]\ntowards = [0, 0, 1]\nirradiance = 1\n[[problem.surface]]\n\
+                 name = \"ceiling\"\npolygon = [[0, 0, 1], [0, 1, 1], [1, 1, 1], [1, 0, 1]]\nreflectance = 0.5\n";
+    let scene = folder.file("dark.toml", plate);
+    let asked = [
+        "faces",
+        &scene,
+        "--target-error",
+        "0.01",
+        "--relative",
+        "--json",
+    ];
+    let found = ended(0, &asked).json();
+    assert!(found["values"] == serde_json::json!([0.0]) && found["walks"] == 32);
+}
+
 #[test]
 fn what_has_no_faces_is_refused() {
     let folder = Folder::new();

@@ -126,12 +126,19 @@ impl Face {
         let walks = self.walks as f64;
         let own = self.squares() / (walks - 1.0);
         let needed = if own > mean { own } else { mean } / (bound * bound);
-        if needed <= walks {
+        // NaN where all is dark.
+        if !(needed > walks) {
             return 0;
         }
         let further = (MORE * needed - walks).max(LEAST * walks);
         (further.ceil() as u64).min(MOST_WALKS.saturating_sub(self.walks))
     }
+}
+
+/// The variance of a walk in the mean over all faces from which there are some.
+fn mean_variance(all: &[Face]) -> f64 {
+    let freedom: u64 = all.iter().map(|own| own.walks.saturating_sub(1)).sum();
+    all.iter().map(Face::squares).sum::<f64>() / freedom.max(1) as f64
 }
 
 impl SceneModel {
@@ -234,24 +241,14 @@ impl SceneModel {
                 walks: 0,
             }).collect();
             let mut counts = vec![first; faces.len()];
-            let mut bound = None;
-            let mut mean = 0.0;
-            for round in 0.. {
-                let found = walked(&open, round, &counts)?.0;
-                for (&number, found) in open.iter().zip(found) {
-                    let own = Face { found, walks: counts[number] };
-                    match round {
-                        0 => all[number] = own,
-                        _ => all[number].add(&own),
-                    }
-                }
-                let Some(tolerance) = tolerance else { break };
-                let bound = *bound.get_or_insert_with(|| {
-                    let largest = all.iter().map(|own| own.found.value.abs()).fold(0.0, f64::max);
-                    let squares = open.iter().map(|&number| all[number].squares()).sum::<f64>();
-                    mean = squares / (open.len() as f64 * (first - 1) as f64).max(1.0);
-                    tolerance.error_at(largest)
-                });
+            for (&number, found) in open.iter().zip(walked(&open, 0, &counts)?.0) {
+                all[number] = Face { found, walks: first };
+            }
+            let largest = all.iter().map(|own| own.found.value.abs()).fold(0.0, f64::max);
+            let bound = tolerance.map(|tolerance| tolerance.error_at(largest));
+            let mean = mean_variance(&all);
+            for round in 1.. {
+                let Some(bound) = bound else { break };
                 open.retain(|&number| {
                     counts[number] = all[number].further(mean, bound);
                     counts[number] > 0
@@ -259,13 +256,15 @@ impl SceneModel {
                 if open.is_empty() {
                     break;
                 }
+                for (&number, found) in open.iter().zip(walked(&open, round, &counts)?.0) {
+                    all[number].add(&Face { found, walks: counts[number] });
+                }
             }
             let walks = all.iter().map(|own| own.walks).sum();
             let values = all.iter().map(|own| own.found).collect();
-            let seen = || all.iter().filter(|own| own.walks > 0);
-            let freedom: u64 = seen().map(|own| own.walks - 1).sum();
-            let mean = seen().map(Face::squares).sum::<f64>() / freedom.max(1) as f64;
-            let fewest = seen().map(|own| own.walks).min().unwrap_or(first);
+            let seen = all.iter().map(|own| own.walks).filter(|&walks| walks > 0);
+            let fewest = seen.min().unwrap_or(first);
+            let mean = mean_variance(&all);
             let factor = match fewest < FIRST {
                 true => f64::NAN,
                 false => simultaneous(LEVEL, faces.len(), Some((fewest - 1) as f64)),
