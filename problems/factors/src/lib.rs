@@ -13,6 +13,7 @@ mod error;
 mod events;
 mod flat;
 mod groups;
+mod holes;
 mod occluders;
 mod partial;
 mod points;

@@ -9,6 +9,7 @@ use fredholm_surfaces::space::{Vector, cross, dot, norm, ring, sub};
 use fredholm_surfaces::{Branch, Enclosure, Item, balanced, hull, leaves, margin};
 
 use crate::bodies::{self, Body};
+use crate::holes::Covers;
 use crate::rules::{area, double_area};
 
 /// The most vertices of a large polygon: every one costs where it hides something.
@@ -75,10 +76,12 @@ impl Occluders {
             groups.entry((face.plane, same)).or_default().push(f);
         }
         let mut all: Vec<Occluder> = Vec::new();
+        let covers = Covers::new(scene, slack);
         for own in groups.values() {
             let first = own.first().and_then(|&f| faces.get(f as usize));
             let plane = Plane {
                 scene,
+                covers: &covers,
                 faces: own,
                 normal: first.map_or([0.0; 3], |face| face.normal),
                 slack,
@@ -155,6 +158,7 @@ enum Turn {
 /// The faces of one plane and one side.
 struct Plane<'a> {
     scene: &'a Scene,
+    covers: &'a Covers<'a>,
     faces: &'a [u32],
     normal: Vector<f64>,
     /// What is nearer than this to a line is on it.
@@ -171,7 +175,7 @@ impl Plane<'_> {
     fn merge(&self, all: &mut Vec<Occluder>) {
         let loops = match self.faces {
             [face] => Vec::from([self.simplified(self.scene.outline(*face as usize))]),
-            _ => self.whole().unwrap_or_else(|| self.greedy()),
+            _ => self.together(),
         };
         for vertices in loops {
             let points = self.points(&vertices);
@@ -236,8 +240,39 @@ impl Plane<'_> {
             .sum()
     }
 
-    /// The outlines of all faces together, if they are convex and hold the same area.
-    fn whole(&self) -> Option<Vec<Vec<u32>>> {
+    /// The outlines of all faces together if they are convex, else of few large parts; holes over which something stands are filled.
+    fn together(&self) -> Vec<Vec<u32>> {
+        let Some(loops) = self.loops() else {
+            return self.greedy(Vec::new());
+        };
+        let is_hole =
+            |outline: &Vec<u32>| dot(self.normal, double_area(&self.points(outline))) < 0.0;
+        let (holes, outer): (Vec<_>, Vec<_>) = loops.into_iter().partition(is_hole);
+        let is_filled = |hole: &Vec<u32>| self.covers.cover(hole, self.faces, self.normal);
+        let (filled, open): (Vec<_>, Vec<_>) = holes.into_iter().partition(is_filled);
+        let simplified = |outline: &Vec<u32>| self.simplified(outline);
+        let outer: Vec<Vec<u32>> = outer.iter().map(simplified).collect();
+        let mut filled: Vec<Vec<u32>> = filled.iter().map(simplified).collect();
+        for hole in &mut filled {
+            hole.reverse();
+        }
+        let size =
+            |all: &[Vec<u32>]| -> f64 { all.iter().map(|own| area(&self.points(own))).sum() };
+        let faces = self.faces.iter();
+        let faces = faces.filter_map(|&f| self.scene.faces().get(f as usize));
+        let pieces = faces.map(|face| face.area).sum::<f64>() + size(&filled);
+        let around: f64 = outer.iter().map(|outline| self.length(outline)).sum();
+        // Outlines that cross each other do not hold the area of their pieces.
+        let is_same = (size(&outer) - pieces).abs() <= 1e-9 * pieces + self.slack * around;
+        if open.is_empty() && is_same && outer.iter().all(|own| self.is_convex(own)) {
+            return outer;
+        }
+        filled.retain(|hole| self.is_convex(hole));
+        self.greedy(filled)
+    }
+
+    /// The outlines of all faces together, and those of their holes the other way round. `None` if two of them meet at a vertex.
+    fn loops(&self) -> Option<Vec<Vec<u32>>> {
         let mut edges: BTreeSet<[u32; 2]> = BTreeSet::new();
         for &f in self.faces {
             let outline = self.scene.outline(f as usize);
@@ -250,37 +285,28 @@ impl Plane<'_> {
         }
         let mut next: BTreeMap<u32, u32> = BTreeMap::new();
         for [a, b] in edges {
-            // A vertex at which two outlines meet.
             if next.insert(a, b).is_some() {
                 return None;
             }
         }
         let mut loops = Vec::new();
-        let mut sum = 0.0;
         while let Some((start, mut at)) = next.pop_first() {
             let mut outline = Vec::from([start]);
             while at != start {
                 outline.push(at);
                 at = next.remove(&at)?;
             }
-            let outline = self.simplified(&outline);
-            if !self.is_convex(&outline) {
-                return None;
-            }
-            sum += area(&self.points(&outline));
             loops.push(outline);
         }
-        let faces = self.faces.iter();
-        let faces = faces.filter_map(|&f| self.scene.faces().get(f as usize));
-        let pieces: f64 = faces.map(|face| face.area).sum();
-        let around: f64 = loops.iter().map(|outline| self.length(outline)).sum();
-        ((sum - pieces).abs() <= 1e-9 * pieces + self.slack * around).then_some(loops)
+        Some(loops)
     }
 
-    /// Pairs of polygons with a common edge become one while it is convex: rows first, then rows of rows.
-    fn greedy(&self) -> Vec<Vec<u32>> {
+    /// Pairs of polygons with a common edge become one while it is convex: rows first, then rows of rows. Holes that are filled are
+    /// polygons, too.
+    fn greedy(&self, filled: Vec<Vec<u32>>) -> Vec<Vec<u32>> {
         let outlines = self.faces.iter().map(|&f| self.scene.outline(f as usize));
-        let mut own: Vec<Vec<u32>> = outlines.map(|outline| self.simplified(outline)).collect();
+        let outlines = outlines.map(|outline| self.simplified(outline));
+        let mut own: Vec<Vec<u32>> = outlines.chain(filled).collect();
         let mut edges: BTreeMap<[u32; 2], usize> = BTreeMap::new();
         for (i, outline) in own.iter().enumerate() {
             edges.extend((0..outline.len()).map(|k| (edge(outline, k), i)));

@@ -21,7 +21,7 @@ const CLEAR: f64 = 1e-3;
 /// What contours take in comparison with a point past one screen, measured: in proportion to the number of polygons between for places
 /// along their edges, and to its cube for what hides what past them.
 const ALONG: f64 = 400.0;
-const PAST: f64 = 1.0;
+const PAST: f64 = 0.2;
 
 /// The most points of a pair.
 const MOST: f64 = 400_000.0;

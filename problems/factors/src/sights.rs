@@ -6,17 +6,17 @@ use core::f64::consts::PI;
 use fredholm_core::Real;
 use fredholm_scene::{Face, Scene};
 use fredholm_surfaces::Enclosure;
-use fredholm_surfaces::space::{Vector, centroid, dot, norm, ring, sub, unit};
+use fredholm_surfaces::space::{Vector, centroid, cross, dot, norm, ring, sub, unit};
 
 use crate::FactorsError;
 use crate::clear::{self, Amount, PARALLEL, Sheet};
-use crate::clip::{Rest, keep};
-use crate::occluders::Occluders;
+use crate::clip::{Rest, cut, keep};
+use crate::occluders::{Occluder, Occluders};
 use crate::partial::{self, Wanted};
 use crate::points::Buffers;
 use crate::rules::{Rules, area, radius};
 use crate::segments;
-use crate::shaft::{Between, Shaft};
+use crate::shaft::{Between, Hides, Shaft};
 use crate::sky::Sky;
 use crate::visible;
 
@@ -271,21 +271,62 @@ impl<'a> Sights<'a> {
         shaft: &mut Shaft,
         buffers: &mut Buffers,
     ) -> Amount {
-        let above = keep(cone, |d| dot(own.normal, d), PARALLEL);
-        let pair = (own, own.directions(&above));
+        let mut above = keep(cone, |d| dot(own.normal, d), PARALLEL);
         if above.len() < 3 {
             return Amount::default();
         }
-        shaft.enclose(pair.0, pair.1, self.slack);
-        match shaft.between(&self.occluders, pair, false) {
+        shaft.enclose(own, own.directions(&above), self.slack);
+        let mut between = shaft.between(&self.occluders, (own, own.directions(&above)), false);
+        if let Between::Some(found) = &between
+            && self.trim(own, &mut above, found, shaft)
+        {
+            shaft.enclose(own, own.directions(&above), self.slack);
+            between = shaft.between(&self.occluders, (own, own.directions(&above)), false);
+        }
+        let pair = (own, own.directions(&above));
+        match between {
             Between::Hidden => Amount::default(),
             Between::Some(found) if found.is_empty() => {
                 clear::exchange(pair.0, pair.1, 0.0, &self.rules)
             }
             Between::Some(found) => {
+                shaft.enclose(pair.0, pair.1, self.slack);
                 partial::exchange(pair, &found, false, self.wanted(error), shaft, buffers)
             }
         }
+    }
+
+    /// Cuts off of a cone of directions what one polygon hides from all of a face, as long as that is half of all on from an edge; ground
+    /// hides most of what is below the horizon. Whether there was some.
+    fn trim(
+        &self,
+        own: Sheet<'_>,
+        cone: &mut Vec<Vector<f64>>,
+        found: &[&Occluder],
+        shaft: &mut Shaft,
+    ) -> bool {
+        let mut is_less = false;
+        let mut edge = 0;
+        while edge < cone.len() {
+            let Some([near, off]) = split(cone, edge) else {
+                edge += 1;
+                continue;
+            };
+            shaft.enclose(own, own.directions(&off), self.slack);
+            let hides = |o: &&Occluder| {
+                matches!(
+                    shaft.of_one(o, own, own.directions(&off), false),
+                    Hides::All
+                )
+            };
+            if found.iter().any(hides) {
+                *cone = near;
+                is_less = true;
+            } else {
+                edge += 1;
+            }
+        }
+        is_less
     }
 
     /// The form factors from a point of a face to the patches of a sky and, last, to what is below the horizon: the part
@@ -452,6 +493,23 @@ impl<'a> Sights<'a> {
         row.error = Real::max(row.error, off * factor);
         Some(share * clear.value)
     }
+}
+
+/// A convex cone of directions in two: what is nearer to an edge of it than half of the furthest, and the rest.
+fn split(cone: &[Vector<f64>], edge: usize) -> Option<[Vec<Vector<f64>>; 2]> {
+    let (&a, &b) = (cone.get(edge)?, cone.get((edge + 1) % cone.len())?);
+    let middle = centroid(cone);
+    let inward = cross(b, a);
+    let share = |d: Vector<f64>| dot(inward, d) / dot(middle, d);
+    let most = cone.iter().map(|&d| share(d)).fold(0.0, Real::max);
+    let [mut near, mut off] = [Vec::new(), Vec::new()];
+    cut(
+        cone,
+        |d| 0.5 * most * dot(middle, d) - dot(inward, d),
+        &mut near,
+        &mut off,
+    );
+    (near.len() >= 3 && off.len() >= 3).then_some([near, off])
 }
 
 /// Gives faces of one plane the normal of all of them.

@@ -290,3 +290,69 @@ fn what_is_no_sky_is_refused() {
     let row = sights.sky(0, &bands()).unwrap();
     assert!(row.exchange.iter().all(|&x| x == 0.0), "{row:?}");
 }
+
+/// Ground of 3 × 3 unit squares without that in the middle, from 1 to 2.
+fn ground_with_a_hole() -> Vec<Polygon> {
+    let squares = (0..9).filter(|&k| k != 4).map(|k| {
+        let low = [f64::from(k / 3), f64::from(k % 3)];
+        ground(low, low.map(|x| x + 1.0))
+    });
+    squares.collect()
+}
+
+/// A block on the hole, without a bottom.
+fn block_on_the_hole() -> Surfaces {
+    let block = shapes::block([1.0, 1.0, 0.0], [2.0, 2.0, 1.0]).surfaces;
+    block.into_iter().skip(1).collect()
+}
+
+#[test]
+fn ground_hides_what_it_would_without_the_hole_under_a_building() {
+    let mut surfaces = block_on_the_hole();
+    surfaces.push(ground_with_a_hole());
+    let scene = open(&surfaces);
+    let sights = Sights::new(&scene, 1e-9).unwrap();
+    assert_eq!(sights.occluders(), 6);
+    let f = scene_factors(&scene, 1e-9).unwrap();
+    for (face, sum) in f.row_sums().iter().enumerate() {
+        let row = sights.sky(face, &bands()).unwrap();
+        let area = scene.faces()[face].area;
+        let all = sum + row.exchange.iter().sum::<f64>() / area;
+        assert!((all - 1.0).abs() < 1e-9, "{face}: {all}");
+    }
+}
+
+/// What a square at this height above the middle of the hole sees through it, looking down.
+#[test]
+fn a_hole_with_somebody_in_the_building_is_open() {
+    let high = [1.4, 1.6].map(|x| [x, x, 0.5]);
+    let lamp = shapes::reversed(&Polygon::Quad([
+        high[0],
+        [1.6, 1.4, 0.5],
+        high[1],
+        [1.4, 1.6, 0.5],
+    ]));
+    let mut surfaces = vec![vec![lamp]];
+    surfaces.extend(block_on_the_hole());
+    surfaces.push(ground_with_a_hole());
+    let scene = open(&surfaces);
+    let sights = Sights::new(&scene, 1e-9).unwrap();
+    assert!(sights.occluders() > 8);
+    let below = sights.sky(0, &Sky::uniform()).unwrap().exchange[1];
+    let alone = open(&vec![vec![lamp], vec![ground([1.0; 2], [2.0; 2])]]);
+    let through = scene_factors(&alone, 1e-9).unwrap().exchange_area(0, 1);
+    assert!((below - through).abs() < 1e-9, "{below} {through}");
+}
+
+#[test]
+fn a_pit_is_open() {
+    let pit = shapes::room([1.0, 1.0, -1.0], [2.0, 2.0, 0.0]).surfaces;
+    // Its floor comes first, then its ceiling, which is none of a pit.
+    let mut surfaces: Surfaces = pit;
+    surfaces.remove(1);
+    surfaces.push(ground_with_a_hole());
+    let scene = open(&surfaces);
+    let sights = Sights::new(&scene, 1e-9).unwrap();
+    let seen = sights.sky(0, &Sky::uniform()).unwrap().exchange[0];
+    assert!((seen - crate::C_11).abs() < 1e-9, "{seen}");
+}
