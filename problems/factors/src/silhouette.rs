@@ -399,8 +399,14 @@ impl View {
                 })
             })
             .collect();
+        // A point of a body sees no outline of it.
+        let is_on = |body: &usize| {
+            let is_near = |y: &Vector<f64>, own: &Body| own.distance(*y) <= self.slack;
+            let own = self.bodies.get(*body).filter(|_| !edge.far);
+            own.is_some_and(|own| ends.iter().all(|y| is_near(y, own)))
+        };
         for &number in &edge.others {
-            match body_of(number).filter(|body| !touched.contains(body)) {
+            match body_of(number).filter(|body| !touched.contains(body) && !is_on(body)) {
                 Some(body) => edge.bodies.push(body),
                 None => edge.alone.push(number),
             }

@@ -439,7 +439,8 @@ fn a_tower() {
 fn rows_of_blocks_that_touch_each_other_close() {
     let error = 1e-9;
     let mut worst = 0.0_f64;
-    for seed in 0..if is_long() { 40 } else { 4 } {
+    // Blocks of seed 15 have edges in common with polygons that a body hides.
+    for seed in if is_long() { 0..40 } else { 12..16 } {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let base = voxels(&mut rng, 3, 0.35);
         let turned = map(&base, rotation(&mut rng));
