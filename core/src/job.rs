@@ -4,7 +4,7 @@ use core::marker::PhantomData;
 
 use crate::rand_core::{Rng, SeedableRng};
 use crate::uniforms::ControlDraws;
-use crate::walk::{Course, Followed, Visitor, with_course};
+use crate::walk::{Course, Followed, Visitor};
 use crate::{
     Absorption, Batch, DefaultGenerator, Equation, Form, Functional, Generators, Length,
     NeighbourOf, NotFinite, RngUniforms, STEP_LIMIT, Start, Uniforms, Value, Walk, WalkNumber,
@@ -351,8 +351,13 @@ where
         batches: &mut [Batch],
         at_most: u64,
     ) -> Result<(), NotFinite> {
-        let course = Course::of(self.options.absorption);
-        let outcome = with_course!(course, course => self.run_walks((goal, number), course, batches, at_most));
+        let own = (goal, number);
+        // A loop over walks for each course, which is a constant there.
+        let outcome = match Course::of(self.options.absorption) {
+            Course::Roulette => self.run_walks(own, Course::Roulette, batches, at_most),
+            Course::Absorbed(q) => self.run_walks(own, Course::Absorbed(q), batches, at_most),
+            Course::Collided(q) => self.run_walks(own, Course::Collided(q), batches, at_most),
+        };
         Self::end(batches);
         outcome
     }

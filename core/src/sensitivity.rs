@@ -1,7 +1,7 @@
 //! The walks that tell on what their functionals depend.
 
 use crate::space::Arriving;
-use crate::walk::{Course, Visitor, with_course};
+use crate::walk::{Course, Visitor};
 use crate::{
     Batch, Both, DefaultGenerator, Equation, Functional, Generators, Goal, Goals, Job, Located,
     NeighbourOf, NotFinite, Real, Value, WalkNumber, WalkSeeds, WideOf,
@@ -298,28 +298,32 @@ where
         while left > 0
             && let Some(place) = batches.first().and_then(Batch::next_number)
         {
-            passages.begin(0, &nothing);
-            let by = (place, &mut memory);
-            let score = goals.follow(goal, &seeds, course, by, &mut passages);
-            goals.push(&score, batches)?;
-            let own = Own {
-                goal: number,
-                walk: place.walk,
-                phi: score.phi.to_f64(),
-            };
-            for (quantity, &source) in known.iter().enumerate().filter(|(_, own)| **own != 0.0) {
-                for channel in 0..channels {
-                    self.add((channel, quantity), (place.walk, source), derivatives);
-                }
-            }
-            self.accrue(own, &passages, derivatives);
-            let mut before = KEPT as u32;
-            while before < score.walk.states {
+            let mut before = 0;
+            loop {
                 passages.begin(before, &nothing);
-                let by = (place, &mut G::Memory::default());
-                goals.follow(goal, &seeds, course, by, &mut passages);
+                let mut again = G::Memory::default();
+                let memory = if before == 0 { &mut memory } else { &mut again };
+                let score = goals.follow(goal, &seeds, course, (place, memory), &mut passages);
+                let own = Own {
+                    goal: number,
+                    walk: place.walk,
+                    phi: score.phi.to_f64(),
+                };
+                if before == 0 {
+                    goals.push(&score, batches)?;
+                    for (quantity, &source) in
+                        known.iter().enumerate().filter(|(_, own)| **own != 0.0)
+                    {
+                        for channel in 0..channels {
+                            self.add((channel, quantity), (place.walk, source), derivatives);
+                        }
+                    }
+                }
                 self.accrue(own, &passages, derivatives);
                 before += KEPT as u32;
+                if before >= score.walk.states {
+                    break;
+                }
             }
             left -= 1;
         }
@@ -431,7 +435,7 @@ where
         };
         let course = Course::of(self.goals.options.absorption);
         let both = (&mut *batches, &mut *derivatives);
-        let outcome = with_course!(course, course => self.run_walks((own, goal as u64), course, both, at_most));
+        let outcome = self.run_walks((own, goal as u64), course, both, at_most);
         if let Some(leader) = batches.first() {
             derivatives
                 .iter_mut()

@@ -265,27 +265,6 @@ impl<F: Real> Course<F> {
     }
 }
 
-/// Calls an expression with the course of walks as a constant.
-macro_rules! with_course {
-    ($course:expr, $name:ident => $then:expr) => {
-        match $course {
-            $crate::walk::Course::Roulette => {
-                let $name = $crate::walk::Course::Roulette;
-                $then
-            }
-            $crate::walk::Course::Absorbed(q) => {
-                let $name = $crate::walk::Course::Absorbed(q);
-                $then
-            }
-            $crate::walk::Course::Collided(q) => {
-                let $name = $crate::walk::Course::Collided(q);
-                $then
-            }
-        }
-    };
-}
-pub(crate) use with_course;
-
 /// The equations, form and length of walks.
 pub(crate) struct Followed<'a, E: Equation, N: ?Sized> {
     pub(crate) equation: &'a E,

@@ -3,7 +3,7 @@
 use super::suffixes::Trail;
 use super::{Normalisation, Replicate, Scores, Stationary};
 use crate::uniforms::ControlDraws;
-use crate::walk::{Course, Followed, with_course};
+use crate::walk::{Course, Followed};
 use crate::{
     DefaultGenerator, Equation, Generators, Located, NeighbourOf, NoDraws, NotFinite, Real,
     RngUniforms, Termination, Value, WalkNumber, WalkOptions, WalkSeeds,
@@ -340,7 +340,10 @@ where
     }
 
     fn run(&self, replicate: &mut Replicate<'_>, at_most: u64) -> Result<(), NotFinite> {
-        let course = Course::of(self.options.absorption);
-        with_course!(course, course => self.run_walks(course, replicate, at_most))
+        match Course::of(self.options.absorption) {
+            // A constant in its loop over walks.
+            Course::Roulette => self.run_walks(Course::Roulette, replicate, at_most),
+            course => self.run_walks(course, replicate, at_most),
+        }
     }
 }

@@ -24,5 +24,5 @@ def test_notebook(path: Path) -> None:
     assert any("image/png" in kinds for kinds in wanted)
 
 
-def test_there_are_three() -> None:
-    assert len(NOTEBOOKS) == 3
+def test_there_are_six() -> None:
+    assert len(NOTEBOOKS) == 6
