@@ -395,18 +395,14 @@ fn is_seen(
     if !inside {
         return false;
     }
-    // How far inside of a sheet's outline the line passes, to its front.
-    let depth = |points: &[Vector<f64>], sign: f64, far: bool| {
-        let normal = |[a, b]: [Vector<f64>; 2]| {
-            if far {
-                cross(a, b)
-            } else {
-                cross(sub(a, y), sub(b, y))
-            }
+    // How far inside of an edge of a sheet the line passes, seen from its front.
+    let depth = |[a, b]: [Vector<f64>; 2], far: bool| {
+        let normal = if far {
+            cross(a, b)
+        } else {
+            cross(sub(a, y), sub(b, y))
         };
-        ring(points)
-            .map(|ends| -sign * dot(normal(ends), up))
-            .fold(f64::INFINITY, |least: f64, d| least.min(d))
+        -dot(normal, up)
     };
     let others = core::iter::once(&INNER).chain(&edge.others);
     let mut sheets = others.filter_map(|&number| Some((number, view.sheets.get(number)?)));
@@ -414,15 +410,11 @@ fn is_seen(
         if among(number) || edge.touches(number) {
             return true;
         }
-        let front = depth(&sheet.points, 1.0, view.far && number == INNER);
         if number == INNER {
-            return front >= -MISS;
+            return ring(&sheet.points).all(|ends| depth(ends, view.far) >= -MISS);
         }
-        let behind = if view.fronts {
-            f64::NEG_INFINITY
-        } else {
-            depth(&sheet.points, -1.0, false)
-        };
-        front <= MISS && behind <= MISS
+        let is_beside =
+            |sign: f64| ring(&sheet.points).any(|ends| sign * depth(ends, false) <= MISS);
+        is_beside(1.0) && (view.fronts || is_beside(-1.0))
     })
 }

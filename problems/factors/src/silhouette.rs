@@ -91,6 +91,10 @@ impl Screen {
 
     /// Where an edge may begin or end to touch the polygon, as fractions of the edge.
     fn breaks(&self, [from, to]: [Vector<f64>; 2], slack: f64, breaks: &mut Vec<f64>) {
+        let heights = [from, to].map(|p| self.height(p));
+        if heights.iter().all(|&h| h > slack) || heights.iter().all(|&h| h < -slack) {
+            return;
+        }
         let span = sub(to, from);
         let square = dot(span, span);
         let mut add = |t: f64, near: Vector<f64>| {
