@@ -26,7 +26,6 @@ mod silhouette;
 mod sky;
 mod sparse;
 mod table;
-mod visible;
 mod walls;
 
 pub use error::FactorsError;

@@ -10,7 +10,7 @@ use fredholm_surfaces::space::{Vector, centroid, cross, dot, norm, ring, sub, un
 
 use crate::FactorsError;
 use crate::clear::{self, Amount, PARALLEL, Sheet};
-use crate::clip::{Rest, cut, keep};
+use crate::clip::{cut, keep};
 use crate::occluders::{Occluder, Occluders};
 use crate::partial::{self, Wanted};
 use crate::points::Buffers;
@@ -18,7 +18,6 @@ use crate::rules::{Rules, area, radius};
 use crate::segments;
 use crate::shaft::{Between, Hides, Shaft};
 use crate::sky::Sky;
-use crate::visible;
 
 /// How many times a form factor is smaller than what bounds it from afar, by chance.
 const BOUND: f64 = 8.0;
@@ -329,78 +328,6 @@ impl<'a> Sights<'a> {
             }
         }
         cuts > 0
-    }
-
-    /// The form factors from a point of a face to the patches of a sky and, last, to what is below the horizon: the part
-    /// that is visible is cut out by planes, exact but for rounding.
-    ///
-    /// ```
-    /// use fredholm_factors::{Sights, Sky};
-    /// use fredholm_scene::{Enclosure, Scene, shapes};
-    ///
-    /// // A block's lid sees the whole sky.
-    /// let block = Scene::new::<f64>(&shapes::block([0.0; 3], [1.0; 3]).surfaces(), Enclosure::Open)?;
-    /// let sights = Sights::new(&block, 1e-9)?;
-    /// let f = sights.sky_of_point(1, [0.3, 0.4, 1.0], &Sky::uniform())?;
-    /// assert!((f[0] - 1.0).abs() < 1e-15 && f[1] == 0.0);
-    /// // A side sees one half of it.
-    /// let f = sights.sky_of_point(2, [0.3, 0.0, 0.4], &Sky::uniform())?;
-    /// assert!((f[0] - 0.5).abs() < 1e-15 && (f[1] - 0.5).abs() < 1e-15);
-    /// # Ok::<(), Box<dyn core::error::Error>>(())
-    /// ```
-    ///
-    /// # Errors
-    /// As [`Sights::sky`].
-    pub fn sky_of_point(
-        &self,
-        face: usize,
-        point: [f64; 3],
-        sky: &Sky,
-    ) -> Result<Vec<f64>, FactorsError> {
-        let own = self.under_sky(face)?;
-        let sheet = Sheet {
-            points: &[point],
-            normal: own.normal,
-            far: false,
-        };
-        let mut sums = alloc::vec![0.0; sky.patches().len() + 1];
-        let (mut shaft, mut rest) = (Shaft::default(), Rest::default());
-        for piece in sky.pieces() {
-            if let Some(sum) = sums.get_mut(piece.patch) {
-                *sum += self.piece_of_point(sheet, &piece.corners, &mut shaft, &mut rest);
-            }
-        }
-        Ok(sums)
-    }
-
-    /// What a point sees of a cone of directions.
-    fn piece_of_point(
-        &self,
-        own: Sheet<'_>,
-        cone: &[Vector<f64>],
-        shaft: &mut Shaft,
-        rest: &mut Rest<3>,
-    ) -> f64 {
-        let slack = self.slack;
-        let above = keep(cone, |d| dot(own.normal, d), PARALLEL);
-        let pair = (own, own.directions(&above));
-        if above.len() < 3 {
-            return 0.0;
-        }
-        shaft.enclose(pair.0, pair.1, slack);
-        let Between::Some(found) = shaft.between(&self.occluders, pair, false) else {
-            return 0.0;
-        };
-        let origin = own.points.first().copied().unwrap_or_default();
-        let screens = found.into_iter().filter_map(|occluder| {
-            let points = occluder.points.iter();
-            let relative: Vec<Vector<f64>> = points.map(|&p| sub(p, origin)).collect();
-            let kept = keep(&relative, |p| dot(own.normal, p), slack);
-            let height = occluder.height(origin);
-            (kept.len() >= 3 && height.abs() > slack).then_some((kept, height))
-        });
-        let screens: Vec<_> = screens.collect();
-        visible::factor(rest, own.normal, &above, &screens)
     }
 
     /// A_i F_ij of two faces.

@@ -8,7 +8,7 @@ use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
 use crate::common::{
-    Surfaces, bodies, circle, closed, is_long, map, meshed, open, prism, rotation, triangulated,
+    Surfaces, bodies, closed, is_long, map, meshed, open, prism, rotation, triangulated,
 };
 
 fn bands() -> Sky {
@@ -185,52 +185,6 @@ fn rows_of_open_scenes_close_with_the_sky() {
     println!("largest difference of sums from 1 {worst:e}, of sums of patches {apart:e}");
 }
 
-/// The mean over points of a face is what the face sees; and from the middle of a basin with many sides one sees cos² of the
-/// altitude of its rim.
-#[test]
-fn points_see_what_faces_see() {
-    const N: usize = 24;
-    let mut rng = ChaCha8Rng::seed_from_u64(3);
-    let scene = open(&random_scene(&mut rng));
-    let sights = Sights::new(&scene, 1e-9).unwrap();
-    let sky = bands();
-    let faces = scene.faces().iter().enumerate();
-    for (face, own) in faces.filter(|(_, face)| face.count == 4) {
-        let row = sights.sky(face, &sky).unwrap();
-        let mut means = vec![0.0; 26];
-        let p = own.polygon();
-        for i in 0..N * N {
-            let [s, t] = [i % N, i / N].map(|k| (k as f64 + 0.5) / N as f64);
-            let at: [f64; 3] = core::array::from_fn(|k| {
-                p[0][k] + s * (p[1][k] - p[0][k]) + t * (p[3][k] - p[0][k])
-            });
-            let f = sights.sky_of_point(face, at, &sky).unwrap();
-            assert!(f.iter().all(|&f| (-1e-15..=1.0).contains(&f)));
-            for (mean, f) in means.iter_mut().zip(f) {
-                *mean += f / (N * N) as f64;
-            }
-        }
-        for (k, (mean, exchange)) in means.iter().zip(&row.exchange).enumerate() {
-            // The midpoint rule at kinks, each of a point's factors below 0.1.
-            let f = exchange / own.area;
-            assert!((mean - f).abs() < 5e-4, "{face} {k}: {mean} {f}");
-        }
-    }
-    let n = 200;
-    let mut basin = prism(&circle(n, 1.0), 0.0, 0.8, true);
-    basin.truncate(n + 1);
-    let scene = open(&basin);
-    let floor = scene.faces_of(n).unwrap().start;
-    let sights = Sights::new(&scene, 1e-9).unwrap();
-    let f = sights
-        .sky_of_point(floor, [0.0; 3], &Sky::uniform())
-        .unwrap();
-    // A circle of the same area, but for n⁻⁴.
-    let square = n as f64 / TAU * (TAU / n as f64).sin();
-    assert!((f[0] - square / (square + 0.64)).abs() < 1e-6, "{f:?}");
-    assert_eq!(f[1], 0.0);
-}
-
 /// What leaves grey surfaces and is not absorbed arrives at the sky or below.
 #[test]
 fn exchange_factors_close_with_the_sky() {
@@ -284,8 +238,6 @@ fn what_is_no_sky_is_refused() {
     let sights = Sights::new(&scene, 1e-9).unwrap();
     let none = FactorsError::Face { face: 6 };
     assert_eq!(sights.sky(6, &Sky::uniform()), Err(none));
-    let of_point = sights.sky_of_point(6, [0.0; 3], &Sky::uniform());
-    assert_eq!(of_point, Err(none));
     // A room without an opening sees none of it.
     let row = sights.sky(0, &bands()).unwrap();
     assert!(row.exchange.iter().all(|&x| x == 0.0), "{row:?}");
@@ -322,7 +274,6 @@ fn ground_hides_what_it_would_without_the_hole_under_a_building() {
     }
 }
 
-/// What a square at this height above the middle of the hole sees through it, looking down.
 #[test]
 fn a_hole_with_somebody_in_the_building_is_open() {
     let high = [1.4, 1.6].map(|x| [x, x, 0.5]);
