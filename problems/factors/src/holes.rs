@@ -45,7 +45,7 @@ impl<'a> Covers<'a> {
     /// the order of these faces, whose numbers are ascending.
     pub(crate) fn cover(&self, hole: &[u32], plane: &[u32], normal: Vector<f64>) -> bool {
         let is_own = |face: u32| plane.binary_search(&face).is_ok();
-        let Some(cover) = self.from_rim(hole, is_own) else {
+        let Some(cover) = self.beyond_rim(hole, is_own) else {
             return false;
         };
         let Some(&first) = hole.first() else {
@@ -70,7 +70,7 @@ impl<'a> Covers<'a> {
     }
 
     /// The faces beyond the rim of a hole and all that go on from these; `None` if they end somewhere, or reach the faces around the hole.
-    fn from_rim(&self, hole: &[u32], is_own: impl Fn(u32) -> bool) -> Option<BTreeSet<u32>> {
+    fn beyond_rim(&self, hole: &[u32], is_own: impl Fn(u32) -> bool) -> Option<BTreeSet<u32>> {
         let rim: BTreeSet<[u32; 2]> = ring(hole).map(|[a, b]| [b, a]).collect();
         let mut cover = BTreeSet::new();
         let mut next: Vec<[u32; 2]> = rim.iter().copied().collect();
