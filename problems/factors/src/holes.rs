@@ -43,7 +43,7 @@ impl<'a> Covers<'a> {
 
     /// Whether something stands on a hole of a plane's faces and hides it from all that is outside. The vertices around the hole are in
     /// the order of these faces, whose numbers are ascending.
-    pub(crate) fn cover(&self, hole: &[u32], plane: &[u32], normal: Vector<f64>) -> bool {
+    pub(crate) fn is_covered(&self, hole: &[u32], plane: &[u32], normal: Vector<f64>) -> bool {
         let is_own = |face: u32| plane.binary_search(&face).is_ok();
         let Some(cover) = self.beyond_rim(hole, is_own) else {
             return false;

@@ -248,7 +248,7 @@ impl Plane<'_> {
         let is_hole =
             |outline: &Vec<u32>| dot(self.normal, double_area(&self.points(outline))) < 0.0;
         let (holes, outer): (Vec<_>, Vec<_>) = loops.into_iter().partition(is_hole);
-        let is_filled = |hole: &Vec<u32>| self.covers.cover(hole, self.faces, self.normal);
+        let is_filled = |hole: &Vec<u32>| self.covers.is_covered(hole, self.faces, self.normal);
         let (filled, open): (Vec<_>, Vec<_>) = holes.into_iter().partition(is_filled);
         let simplified = |outline: &Vec<u32>| self.simplified(outline);
         let outer: Vec<Vec<u32>> = outer.iter().map(simplified).collect();

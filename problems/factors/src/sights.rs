@@ -4,7 +4,7 @@ use alloc::vec::Vec;
 use core::f64::consts::PI;
 
 use fredholm_core::Real;
-use fredholm_scene::{Face, Scene};
+use fredholm_scene::{Face, Scene, form_factor_from_origin};
 use fredholm_surfaces::Enclosure;
 use fredholm_surfaces::space::{Vector, centroid, cross, dot, norm, ring, sub, unit};
 
@@ -183,16 +183,10 @@ impl<'a> Sights<'a> {
         let mut shaft = Shaft::default();
         let mut sum = 0.0;
         for piece in sky.pieces() {
-            let above = keep(&piece.corners, |d| dot(own.normal, d), PARALLEL);
-            if above.len() < 3 {
-                continue;
-            }
-            let pair = (sheet, sheet.directions(&above));
-            shaft.enclose(pair.0, pair.1, self.slack);
             sum += 1.0;
-            if let Between::Some(found) = shaft.between(&self.occluders, pair, false) {
-                // Allowed is the piece's share of the error, and the piece is all that could be seen.
-                sum += partial::work(found.len(), 1.0, self.error);
+            if let Some(Seen { cone, found }) = self.seen(sheet, &piece.corners, &mut shaft) {
+                let clear = form_factor_from_origin(own.normal, &cone);
+                sum += partial::work(found.len(), clear, self.error * piece.share);
             }
         }
         sum
@@ -221,7 +215,10 @@ impl<'a> Sights<'a> {
     /// # Errors
     /// [`FactorsError::Face`] for a face that is none, [`FactorsError::NoSky`] if the scene is closed.
     pub fn sky(&self, face: usize, sky: &Sky) -> Result<SkyRow, FactorsError> {
-        let own = self.under_sky(face)?;
+        let own = self.faces.get(face).ok_or(FactorsError::Face { face })?;
+        if self.scene.enclosure() == Enclosure::Closed {
+            return Err(FactorsError::NoSky);
+        }
         let sheet = Sheet {
             points: own.polygon(),
             normal: own.normal,
@@ -254,16 +251,6 @@ impl<'a> Sights<'a> {
         }
     }
 
-    /// A face that may see a sky.
-    fn under_sky(&self, face: usize) -> Result<&Face<f64>, FactorsError> {
-        let own = self.faces.get(face);
-        let own = own.ok_or(FactorsError::Face { face })?;
-        match self.scene.enclosure() {
-            Enclosure::Closed => Err(FactorsError::NoSky),
-            Enclosure::Open => Ok(own),
-        }
-    }
-
     /// What a face exchanges with a cone of directions.
     fn piece(
         &self,
@@ -273,40 +260,53 @@ impl<'a> Sights<'a> {
         shaft: &mut Shaft,
         buffers: &mut Buffers,
     ) -> Amount {
-        let mut above = keep(cone, |d| dot(own.normal, d), PARALLEL);
-        if above.len() < 3 {
+        let Some(Seen { cone, found }) = self.seen(own, cone, shaft) else {
             return Amount::default();
+        };
+        let pair = (own, own.directions(&cone));
+        if found.is_empty() {
+            clear::exchange(pair.0, pair.1, 0.0, &self.rules)
+        } else {
+            partial::exchange(pair, &found, false, self.wanted(error), shaft, buffers)
         }
-        shaft.enclose(own, own.directions(&above), self.slack);
-        let mut between = shaft.between(&self.occluders, (own, own.directions(&above)), false);
-        if let Between::Some(found) = &between
-            && self.trim(own, &mut above, found, shaft)
-        {
-            shaft.enclose(own, own.directions(&above), self.slack);
-            between = shaft.between(&self.occluders, (own, own.directions(&above)), false);
+    }
+
+    /// What a face may see of a cone of directions, and its shaft; `None` if that is nothing.
+    fn seen(&self, own: Sheet<'_>, cone: &[Vector<f64>], shaft: &mut Shaft) -> Option<Seen<'_>> {
+        let mut cone = keep(cone, |d| dot(own.normal, d), PARALLEL);
+        if cone.len() < 3 {
+            return None;
         }
-        let pair = (own, own.directions(&above));
-        match between {
-            Between::Hidden => Amount::default(),
-            Between::Some(found) if found.is_empty() => {
-                clear::exchange(pair.0, pair.1, 0.0, &self.rules)
-            }
-            Between::Some(found) => {
-                shaft.enclose(pair.0, pair.1, self.slack);
-                partial::exchange(pair, &found, false, self.wanted(error), shaft, buffers)
-            }
+        let found = self.between(own, &cone, shaft)?;
+        self.trim(own, &mut cone, &found, shaft);
+        let found = self.between(own, &cone, shaft)?;
+        Some(Seen { cone, found })
+    }
+
+    /// What may be between a face and a cone of directions; `None` if one polygon hides all.
+    fn between(
+        &self,
+        own: Sheet<'_>,
+        cone: &[Vector<f64>],
+        shaft: &mut Shaft,
+    ) -> Option<Vec<&Occluder>> {
+        let pair = (own, own.directions(cone));
+        shaft.enclose(pair.0, pair.1, self.slack);
+        match shaft.between(&self.occluders, pair, false) {
+            Between::Hidden => None,
+            Between::Some(found) => Some(found),
         }
     }
 
     /// Cuts off of a cone of directions what one polygon hides from all of a face, as long as that is half of all on from an edge; ground
-    /// hides most of what is below the horizon. Whether there was some.
+    /// hides most of what is below the horizon.
     fn trim(
         &self,
         own: Sheet<'_>,
         cone: &mut Vec<Vector<f64>>,
         found: &[&Occluder],
         shaft: &mut Shaft,
-    ) -> bool {
+    ) {
         let (mut cuts, mut edge) = (0, 0);
         while edge < cone.len() && cuts < CUTS {
             let Some([near, off]) = split(cone, edge) else {
@@ -327,7 +327,6 @@ impl<'a> Sights<'a> {
                 edge += 1;
             }
         }
-        cuts > 0
     }
 
     /// A_i F_ij of two faces.
@@ -422,6 +421,13 @@ impl<'a> Sights<'a> {
         row.error = Real::max(row.error, off * factor);
         Some(share * clear.value)
     }
+}
+
+/// What a face may see of a cone of directions, and what may hide some of it.
+#[derive(Debug)]
+struct Seen<'o> {
+    cone: Vec<Vector<f64>>,
+    found: Vec<&'o Occluder>,
 }
 
 /// A convex cone of directions in two: what is nearer to an edge of it than half of the furthest, and the rest.
