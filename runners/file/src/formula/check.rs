@@ -4,7 +4,7 @@ use core::ops::Range;
 
 use nanoexpr::ErrorKind;
 
-use super::plain::is_word;
+use super::plain::{constant as constant_of, is_word};
 use super::{Formula, FormulaError, KNOWN, Parameter, Plain, TWO, Variables, is_function};
 
 /// Names that mean a function elsewhere, and what is written here.
@@ -179,7 +179,7 @@ fn unknown(text: &str, name: &Name<'_>, variables: Variables<'_>) -> Option<Stri
     if word == "mod" {
         return Some("the remainder is written with %".to_owned());
     }
-    let is_number = matches!(word, "pi" | "e") || variables.knows(word);
+    let is_number = constant_of(word).is_some() || variables.knows(word);
     match (is_function(word), is_number, name.is_called) {
         (true, _, true) | (_, true, false) => return None,
         (false, true, true) => {
@@ -213,7 +213,7 @@ fn unknown(text: &str, name: &Name<'_>, variables: Variables<'_>) -> Option<Stri
             let has_case = |known: &&str| {
                 let is_kind = match name.is_called {
                     true => is_function(known),
-                    false => matches!(*known, "pi" | "e"),
+                    false => constant_of(known).is_some(),
                 };
                 is_kind && known.to_lowercase() == lower
             };

@@ -172,7 +172,7 @@ pub fn refused_name(name: &str) -> Option<String> {
                 "a name has letters from a to z, digits and `_`, and no digit first".to_owned(),
             );
         }
-        "pi" | "e" => "a constant",
+        _ if plain::constant(name).is_some() => "a constant",
         "mod" | "if" | "then" | "else" | "and" | "or" | "not" => "a word",
         "x" | "y" => "a coordinate",
         _ if coordinate.knows(name) => "a coordinate",
@@ -272,8 +272,6 @@ impl<F: Real> Context<Value<F>> for At<'_, F> {
             b"y" => self.y.first().copied(),
             [b'x', axis @ b'1'..=b'9'] => self.x.get(usize::from(axis - b'1')).copied(),
             [b'y', axis @ b'1'..=b'9'] => self.y.get(usize::from(axis - b'1')).copied(),
-            b"pi" => Some(F::from_f64(core::f64::consts::PI)),
-            b"e" => Some(F::from_f64(core::f64::consts::E)),
             _ => None,
         };
         value.map(Value)

@@ -1,5 +1,6 @@
 //! Formulas as people type them, in the signs that are compiled: |x − y|, x², π, and parameters by name.
 
+use core::f64::consts::{E, PI};
 use core::ops::Range;
 
 use super::FormulaError;
@@ -32,18 +33,19 @@ impl Parameter {
     }
 }
 
-/// Signs of paper, what is compiled in their place, and whether a value may end with them.
-const SIGNS: [(char, &str, bool); 9] = [
-    ('π', "pi", true),
-    ('−', "-", false),
-    ('–', "-", false),
-    ('·', "*", false),
-    ('×', "*", false),
-    ('÷', "/", false),
-    ('≤', "<=", false),
-    ('≥', ">=", false),
-    ('≠', "!=", false),
+/// Signs of paper, and what is compiled in their place.
+const SIGNS: [(char, &str); 8] = [
+    ('−', "-"),
+    ('–', "-"),
+    ('·', "*"),
+    ('×', "*"),
+    ('÷', "/"),
+    ('≤', "<="),
+    ('≥', ">="),
+    ('≠', "!="),
 ];
+/// What is said of factors side by side.
+const NO_SIGN: &str = "a product needs its sign, write ";
 /// The digits of exponents.
 const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
 
@@ -72,10 +74,10 @@ enum Open {
 }
 
 impl Plain {
-    /// Replaces signs of paper and the names of parameters.
+    /// Replaces signs of paper and the names of constants and parameters.
     ///
     /// # Errors
-    /// Parentheses or bars without their other half; an exponent without what it belongs to.
+    /// Parentheses or bars without their other half; an exponent without what it belongs to; a π beside a factor.
     pub fn new(typed: &str, parameters: &[Parameter]) -> Result<Self, FormulaError> {
         let mut plain = Self {
             text: String::new(),
@@ -96,12 +98,24 @@ impl Plain {
                     let name_end = rest.find(|c: char| !is_word(c));
                     let length = if is_number { end } else { name_end }.unwrap_or(rest.len());
                     let word = &rest[..length];
-                    match parameters.iter().find(|own| own.name == word) {
-                        Some(own) => plain.push(&number(own.value), at),
+                    if typed[..at].ends_with('π') {
+                        return Err(error(at..at + length, &format!("{NO_SIGN}π * {word}")));
+                    }
+                    let own = parameters.iter().find(|own| own.name == word);
+                    match own.map(|own| own.value).or(constant(word)) {
+                        Some(value) => plain.push(&number(value), at),
                         None => plain.copy(word, at),
                     }
                     has_value = true;
                     length
+                }
+                'π' => {
+                    if has_value {
+                        return Err(error(here, &format!("{NO_SIGN}… * π")));
+                    }
+                    plain.push(&number(PI), at);
+                    has_value = true;
+                    c.len_utf8()
                 }
                 '(' => {
                     open.push((Open::Parenthesis, at));
@@ -135,9 +149,8 @@ impl Plain {
                 }
                 '|' => {
                     if open.pop_if(|(open, _)| *open == Open::Bar).is_none() {
-                        let message =
-                            "a product needs its sign, write … * |…|; \"or\" is written ||";
-                        return Err(error(here, message));
+                        let message = format!("{NO_SIGN}… * |…|; \"or\" is written ||");
+                        return Err(error(here, &message));
                     }
                     plain.push(")", at);
                     1
@@ -155,10 +168,10 @@ impl Plain {
                     length
                 }
                 _ => {
-                    match SIGNS.iter().find(|(sign, ..)| *sign == c) {
-                        Some((_, text, is_value)) => {
+                    match SIGNS.iter().find(|(sign, _)| *sign == c) {
+                        Some((_, text)) => {
                             plain.push(text, at);
-                            has_value = *is_value;
+                            has_value = false;
                         }
                         None => {
                             plain.push(&rest[..c.len_utf8()], at);
@@ -207,6 +220,15 @@ impl Plain {
 
 pub(crate) fn is_word(c: char) -> bool {
     c.is_ascii_alphanumeric() || c == '_'
+}
+
+/// The constant of this name.
+pub(crate) fn constant(name: &str) -> Option<f64> {
+    match name {
+        "pi" => Some(PI),
+        "e" => Some(E),
+        _ => None,
+    }
 }
 
 /// The number as a value of its own wherever it is put.
@@ -280,7 +302,8 @@ mod tests {
             ("|-x|", "abs(-x)"),
             ("(x-y)²", "(x-y)^2"),
             ("x¹² + y⁻³", "x^12 + y^(-3)"),
-            ("|x|² − 2·π", "abs(x)^2 - 2*pi"),
+            ("|x|² − 2·π", "abs(x)^2 - 2*3.141592653589793"),
+            ("e^(pi*x)", "2.718281828459045^(3.141592653589793*x)"),
             ("x ≤ y ? 1 : 0", "x <= y ? 1 : 0"),
             ("a + b", "0.5 + (-2.0)"),
             ("a^b * tiny", "0.5^(-2.0) * 1e-300"),
@@ -303,6 +326,10 @@ mod tests {
             ("|x||y|", "||: `||` is \"or\": between bars write abs(…)"),
             ("² + x", "²: this exponent has nothing before it"),
             ("x²^3", "²: write this exponent as ^(…)"),
+            ("2π", "π: a product needs its sign, write … * π"),
+            ("x π", "π: a product needs its sign, write … * π"),
+            ("π2", "2: a product needs its sign, write π * 2"),
+            ("πx", "x: a product needs its sign, write π * x"),
         ] {
             assert!(
                 plain(typed).starts_with(expected),
