@@ -146,6 +146,7 @@ pub struct Sensitivities<'a, E: Equation, N: ?Sized, T, G = DefaultGenerator> {
     quantities: usize,
     dependences: &'a Dependences<'a, E::Point>,
     known: &'a [f64],
+    shares: &'a [f64],
 }
 
 impl<E: Equation, N: ?Sized, T, G> core::fmt::Debug for Sensitivities<'_, E, N, T, G> {
@@ -169,6 +170,7 @@ impl<'a, E: Equation, N: ?Sized, T, G> Sensitivities<'a, E, N, T, G> {
             quantities,
             dependences,
             known: &[],
+            shares: &[],
         }
     }
 
@@ -176,6 +178,20 @@ impl<'a, E: Equation, N: ?Sized, T, G> Sensitivities<'a, E, N, T, G> {
     #[must_use]
     pub const fn with_known(self, known: &'a [f64]) -> Self {
         Self { known, ..self }
+    }
+
+    /// These with a share of what is estimated, the same in all channels: of every goal one for each quantity. The derivative of a λ-dependent
+    /// multiple a of a functional has (∂a/∂λ)/a of it, besides what states score.
+    #[must_use]
+    pub const fn with_shares(self, shares: &'a [f64]) -> Self {
+        Self { shares, ..self }
+    }
+
+    /// Those of a goal among numbers of which every goal has one for each quantity.
+    fn of_goal(&self, all: &'a [f64], goal: u64) -> &'a [f64] {
+        let first = (goal as usize).saturating_mul(self.quantities);
+        let own = all.get(first..).unwrap_or_default();
+        own.get(..self.quantities).unwrap_or_default()
     }
 }
 
@@ -291,9 +307,7 @@ where
         let seeds = WalkSeeds::<G>::new(goals.options.seed, number);
         let mut memory = G::Memory::default();
         let mut passages = Passages::<E, N>::new(goals.neighbour, &nothing);
-        let known = (number as usize).saturating_mul(self.quantities);
-        let known = self.known.get(known..).unwrap_or_default();
-        let known = known.get(..self.quantities).unwrap_or_default();
+        let [known, shares] = [self.known, self.shares].map(|all| self.of_goal(all, number));
         let mut left = at_most;
         while left > 0
             && let Some(place) = batches.first().and_then(Batch::next_number)
@@ -311,11 +325,19 @@ where
                 };
                 if before == 0 {
                     goals.push(&score, batches)?;
-                    for (quantity, &source) in
-                        known.iter().enumerate().filter(|(_, own)| **own != 0.0)
-                    {
-                        for channel in 0..channels {
-                            self.add((channel, quantity), (place.walk, source), derivatives);
+                    let mut add = |quantity: usize, number: f64, of: Option<&WideOf<E>>| {
+                        for channel in (0..channels).filter(|_| number != 0.0) {
+                            let score = of.map_or(number, |of| number * of.get(channel));
+                            self.add((channel, quantity), (place.walk, score), derivatives);
+                        }
+                    };
+                    for (quantity, &number) in known.iter().enumerate() {
+                        add(quantity, number, None);
+                    }
+                    if !shares.is_empty() {
+                        let estimate = score.estimate();
+                        for (quantity, &share) in shares.iter().enumerate() {
+                            add(quantity, share, Some(&estimate));
                         }
                     }
                 }

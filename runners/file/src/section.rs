@@ -45,7 +45,9 @@ impl<'s, 'i> Section<'s, 'i> {
 
     /// The value of a key which may be absent.
     pub(crate) fn optional(&mut self, key: &'static str) -> Option<Field<'s, 'i>> {
-        self.asked.push(key);
+        if !self.asked.contains(&key) {
+            self.asked.push(key);
+        }
         let (found, value) = self.table.remove_entry(key)?;
         Some(Field {
             source: self.source,

@@ -4,9 +4,9 @@ use fredholm_core::Dependence;
 use fredholm_room::{Material, STEFAN_BOLTZMANN};
 use serde::{Deserialize, Serialize};
 
-use crate::Region;
 use crate::channels::Colours;
-use crate::heat::RadiativeExchange;
+use crate::heat::{Asked, RadiativeExchange};
+use crate::{GlobalQuantity, Region};
 
 /// A quantity on which u depends: the reflectance of a surface, say.
 ///
@@ -230,6 +230,41 @@ impl SurfaceQuantities {
         parts
             .and_then(|parts| parts.get(part))
             .map_or(&[], Vec::as_slice)
+    }
+
+    /// What derivatives of a net flux F − (1 − ρ) H have by the material of its own surface, besides those of H: of every quantity a number, and a
+    /// share of the estimate. All are 0 of what else a region asks for.
+    pub fn of_asked(
+        &self,
+        surfaces: &dyn RadiativeExchange,
+        region: &Region,
+        asked: &Asked,
+    ) -> Vec<[f64; 2]> {
+        let mut all = vec![[0.0; 2]; self.quantities.len()];
+        let (GlobalQuantity::NetFlux, place) = region.asked() else {
+            return all;
+        };
+        let elements = surfaces.elements(place);
+        let Some(own) = elements.first() else {
+            return all;
+        };
+        let Material {
+            reflectance,
+            emission,
+        } = own.material;
+        for on in self.of_part(0, own.surface, own.part) {
+            // A dependence is ∂F/∂λ + ∂ρ/∂λ H, with H = (u − F)/ρ where that is not 0.
+            let of_reflectance = on.of_u * reflectance + on.of_arriving;
+            let of_emission = on.source + on.of_u * emission;
+            let share = match asked.factor {
+                0.0 => 0.0,
+                factor => of_reflectance / factor,
+            };
+            if let Some(all) = all.get_mut(on.quantity) {
+                *all = [of_emission - share * asked.constant, share];
+            }
+        }
+        all
     }
 }
 

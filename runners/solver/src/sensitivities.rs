@@ -299,6 +299,19 @@ impl Solver<'_> {
             {
                 return refused("are those of u: leave `ask = \"temperature\"` out");
             }
+            let is_of_several = |goal: &Goal| {
+                let (quantity, place) = goal.region.asked();
+                let elements = self.model.exchange().map(|own| own.elements(place));
+                let elements = elements.unwrap_or_default();
+                let mut pairs = elements.windows(2);
+                quantity == GlobalQuantity::NetFlux
+                    && pairs.any(|pair| pair[0].surface != pair[1].surface)
+            };
+            if goals.iter().any(is_of_several) {
+                return refused(
+                    "are those of the net flux out of one surface: ask for each of them",
+                );
+            }
             let by_walks = self.walks_tell_derivatives()?;
             if by_walks && settings.method == Some(Method::Resolvent) {
                 return refused("are told by walks of the equation's chain: leave `method` out");

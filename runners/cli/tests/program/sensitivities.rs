@@ -94,6 +94,50 @@ fn derivatives_of_heat_are_those_of_differences() {
     }
 }
 
+/// A net flux depends on the material of its own surface besides by what arrives there.
+#[test]
+fn derivatives_of_net_fluxes_are_those_of_differences() {
+    let folder = Folder::new();
+    let rooms = HEAT
+        .replace("over = 'ceiling'", "over = 'floor'\nask = 'net_flux'")
+        .replace("100000", "20000");
+    let room = rooms.replace(
+        "name = 'air'\nat = [1, 1.2]",
+        "name = 'given'\nover = 'ceiling'\nask = 'net_flux'",
+    );
+    let cube = "[problem]\nkind = 'scene'\n\
+        [[problem.surface]]\nname = 'floor'\npolygon = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]\nemissivity = 0.6\ntemperature = 350\n\
+        [[problem.surface]]\nname = 'rest'\npolygons = [[[0, 0, 1], [0, 1, 1], [1, 1, 1], [1, 0, 1]],\
+        [[0, 0, 0], [0, 0, 1], [1, 0, 1], [1, 0, 0]], [[1, 0, 0], [1, 0, 1], [1, 1, 1], [1, 1, 0]],\
+        [[1, 1, 0], [1, 1, 1], [0, 1, 1], [0, 1, 0]], [[0, 1, 0], [0, 1, 1], [0, 0, 1], [0, 0, 0]]]\nemissivity = 0.5\ntemperature = 280\n\
+        [[target]]\nname = 'floor'\nover = 'floor'\nask = 'net_flux'\n[walk]\nwalks = 20000\n";
+    let moves = [
+        ("floor temperature", "temperature = 310", 0.5),
+        ("floor emissivity", "emissivity = 0.9", 0.01),
+        ("wall temperature", "temperature = 293", 0.5),
+        ("ceiling net flux", "net_flux = 5", 1.0),
+    ];
+    let in_space = [
+        ("floor temperature", "temperature = 350", 0.5),
+        ("floor emissivity", "emissivity = 0.6", 0.01),
+        ("rest emissivity", "emissivity = 0.5", 0.01),
+    ];
+    for (problem, moves) in [(&*room, &moves[..]), (cube, &in_space[..])] {
+        let options = ["--json", "--sensitivities"];
+        let found = derivatives(&folder.solve(problem, &options).quietly(0).json());
+        for &moved in moves {
+            let worst = check(&folder, problem, &found, moved);
+            assert!(worst < SIGMAS, "{moved:?}: {worst}");
+        }
+    }
+    let both = cube.replace("over = 'floor'", "over = ['floor', 'rest']");
+    let same = both.replace("0.5", "0.6").replace("280", "350");
+    refused(
+        &folder.solve(&same, &["--sensitivities"]),
+        &["the net flux out of one surface: ask for each of them"],
+    );
+}
+
 const SUN: &str = "[problem]\nkind = 'scene'\nopen = true\nsky = { emission = 100 }\n\
     [[problem.light]]\ntowards = [1, -1, 2]\nirradiance = 500\n\
     [[problem.surface]]\nname = 'ground'\npolygon = [[0, 0, 0], [4, 0, 0], [4, 4, 0], [0, 4, 0]]\nreflectance = 0.4\nemission = 2\n\

@@ -93,8 +93,14 @@ impl RoomModel {
                 own.iter().for_each(|on| each(channel, on.knowing(known)));
             }
         };
+        // What is asked for may itself depend on a quantity.
+        let own = regions
+            .iter()
+            .flat_map(|region| dependent.of_asked(self, region, &asked(self, region, is_alone)));
+        let own: Vec<[f64; 2]> = own.collect();
+        let [known, shares] = [0, 1].map(|k| own.iter().map(|own| own[k]).collect::<Vec<f64>>());
         let job = Sensitivities::new(&job, dependent.quantities.len(), &of);
-        then(&job, &galerkin)
+        then(&job.with_known(&known).with_shares(&shares), &galerkin)
     }
 
     /// Where the walks of a goal start.

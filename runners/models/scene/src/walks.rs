@@ -153,23 +153,23 @@ impl Cut<'_> {
             }
         };
         let quantities = dependent.as_ref().map_or(0, |own| own.quantities.len());
-        // What beams give to what faces in a direction comes by no state.
-        let mut direct = Vec::new();
-        if let Some(dependent) = dependent
-            .as_ref()
-            .filter(|_| !model.scene.beams().is_empty())
-        {
-            direct.resize(goals.len() * quantities, 0.0);
+        // What beams give to what faces in a direction comes by no state, and what is asked for may itself depend on a quantity.
+        let (mut known, mut shares) = (Vec::new(), Vec::new());
+        if let Some(dependent) = &dependent {
             let first = dependent.of_surfaces + usize::from(model.scene.sky().is_some());
-            for (goal, origin) in origins.iter().enumerate() {
+            for ((region, asked), origin) in regions.iter().zip(&asked).zip(&origins) {
+                let mut own = dependent.of_asked(model, region, asked);
                 if let Origin::Facing(facing) = origin {
                     facing.each_beam(equation.0, &mut |beam, irradiance: F| {
-                        direct[goal * quantities + first + beam] = irradiance.to_f64();
+                        own[first + beam][0] = irradiance.to_f64();
                     });
                 }
+                known.extend(own.iter().map(|[known, _]| *known));
+                shares.extend(own.iter().map(|[_, share]| *share));
             }
         }
-        let with_derivatives = Sensitivities::new(&job, quantities, &of).with_known(&direct);
+        let with_derivatives = Sensitivities::new(&job, quantities, &of);
+        let with_derivatives = with_derivatives.with_known(&known).with_shares(&shares);
         let job: &dyn Job = match dependent {
             Some(_) => &with_derivatives,
             None => &job,
