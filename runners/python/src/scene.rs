@@ -87,6 +87,7 @@ fn surface((name, two_sided, numbers): GivenSurface) -> ArraySurface {
         name,
         material,
         emissivity: emissivity.filter(|_| net_flux.is_some()),
+        lacks_temperature: emissivity.is_some() && temperature.or(net_flux).is_none(),
         two_sided,
     }
 }

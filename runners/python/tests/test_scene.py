@@ -217,6 +217,7 @@ BAD: dict[str, tuple[Callable[[], object], str]] = {
     "a hole": (lambda: fredholm.Scene(CORNERS, SIDES[:5]), r"faces\[\d\]: .*light leaves|faces\[\d\]"),
     "a flat triangle": (lambda: fredholm.Scene([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2]], open=True), r"faces\[0\]"),
     "values of another number": (lambda: cube(reflectance=0.5).irradiance(walk=3), "walk: unknown; options are"),
+    "an emissivity without a temperature": (lambda: cube(emissivity=0.9).net_flux(), 'an emissivity is given of "floor".*no `temperature`'),
     "net fluxes of light": (lambda: cube(reflectance=0.5, emission=1.0).net_flux(), "a net flux is one of heat"),
 }
 

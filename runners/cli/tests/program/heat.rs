@@ -2,7 +2,7 @@
 
 use crate::common;
 
-use common::{Folder, csv_rows, fredholm, list, number};
+use common::{Folder, csv_rows, ended, fredholm, list, number, refused};
 
 /// Stefan and Boltzmann's constant.
 const SIGMA: f64 = 5.670374419e-8;
@@ -149,7 +149,7 @@ fn two_adiabatic_walls_face_each_other() {
 fn fluxes_that_cannot_be() {
     let folder = Folder::new();
     let refused = |problem: &str, words: &str| {
-        common::refused(&folder.solve(problem, &[]), &[words]);
+        refused(&folder.solve(problem, &[]), &[words]);
     };
     refused(
         &triangle("net_flux = 1\ntemperature = 300"),
@@ -265,4 +265,39 @@ fn watts_from_surface_to_surface() {
     let file = folder.file("flux.toml", triangle("net_flux = 0"));
     let refused = fredholm(&["factors", &file, "--watts"]);
     assert!(refused.stderr.contains("`temperature`") && refused.stderr.contains("\"side\""));
+}
+
+/// An emissivity without a temperature is refused in both kinds, and serves form factors of grey surfaces.
+#[test]
+fn surfaces_without_a_temperature_are_refused() {
+    let side = |name: &str, rest: &str, warm: &str| {
+        format!("[[problem.surface]]\nname = '{name}'\n{rest}\nemissivity = 0.5\n{warm}")
+    };
+    let warm = "temperature = 300\n";
+    let room = side("floor", "points = [[0, 0], [1, 0]]", "")
+        + &side("rest", "points = [[1, 0], [0, 1], [0, 0]]", warm);
+    let scene = side("plate", "polygon = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]", "")
+        + &side("other", "polygon = [[0, 0, 1], [0, 1, 1], [1, 0, 1]]", warm);
+    let target = |name: &str| format!("[[target]]\nover = '{name}'\n[walk]\nwalks = 1000\n");
+    let room = format!("[problem]\nkind = 'room'\n{room}{}", target("floor"));
+    let scene = format!(
+        "[problem]\nkind = 'scene'\nopen = true\n{scene}{}",
+        target("plate")
+    );
+    let in_a_scene = "an emissivity is given of \"plate\", and no `temperature` or `net_flux`";
+    let folder = Folder::new();
+    for (problem, words) in [
+        (&room, "no `temperature` or `net_flux`"),
+        (&scene, in_a_scene),
+    ] {
+        refused(&folder.solve(problem, &[]), &[words]);
+        let at_zero = problem.replacen(
+            "emissivity = 0.5\n",
+            "emissivity = 0.5\ntemperature = 0\n",
+            1,
+        );
+        folder.solve(&at_zero, &[]).quietly(0);
+    }
+    let path = folder.file("scene.toml", scene);
+    ended(0, &["factors", &path, "--grey"]);
 }

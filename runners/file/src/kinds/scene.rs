@@ -49,6 +49,10 @@ fn read(section: Section<'_, '_>, is_vacuum: bool) -> Result<Scene, InputError> 
 
 impl Scene {
     fn model(&self, file: &ProblemFile) -> Result<SceneModel, InputError> {
+        if let Some(cold) = self.file.without_temperature() {
+            let source = &file.source.name;
+            return Err(InputError::new(format_args!("{source}: {cold}")));
+        }
         let passage = self.passage(file)?;
         let (own, inlet) = match &passage {
             Some((own, inlet)) => (own, Some(*inlet)),

@@ -14,6 +14,8 @@ pub struct ArraySurface {
     pub material: Material,
     /// The emissivity, if the net flux is given and this is known.
     pub emissivity: Option<f64>,
+    /// Whether an emissivity is given, and neither a temperature nor a net flux: this serves form factors.
+    pub lacks_temperature: bool,
     /// Whether it is seen from both sides: its backs are another surface, "name (back)".
     pub two_sided: bool,
 }
@@ -25,7 +27,7 @@ pub struct ArraySurface {
 /// use fredholm_scene::Material;
 ///
 /// let material = Material { reflectance: 0.5, emission: 1.0 };
-/// let plate = ArraySurface { name: "plate".to_owned(), material, emissivity: None, two_sided: true };
+/// let plate = ArraySurface { name: "plate".to_owned(), material, emissivity: None, lacks_temperature: false, two_sided: true };
 /// let arrays = SceneArrays {
 ///     vertices: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
 ///     corners: vec![0, 1, 2],
@@ -72,6 +74,7 @@ impl SceneFile {
                 material: own.material,
                 emissivity: own.emissivity,
                 has_material: true,
+                lacks_temperature: own.lacks_temperature,
                 ..SceneSurface::new(own.name.clone())
             });
         }

@@ -20,6 +20,8 @@ pub(super) struct Given {
     colours: Vec<Material>,
     /// The emissivity of a surface from which the net flux is given, if it is known.
     emissivity: Option<f64>,
+    /// Whether an emissivity is given, and neither a temperature nor a net flux.
+    lacks_temperature: bool,
     /// Whether u is in W/m².
     pub(super) is_heat: bool,
 }
@@ -30,6 +32,7 @@ impl SceneSurface {
         self.material = given.material;
         self.colours.clone_from(&given.colours);
         self.emissivity = given.emissivity;
+        self.lacks_temperature = given.lacks_temperature;
     }
 }
 
@@ -75,6 +78,8 @@ impl Reader<'_> {
             fields.check_bands()?;
         }
         let (is_light, is_grey) = (fields.light().is_some(), fields.heat().is_some());
+        let lacks_temperature =
+            is_grey && fields.temperature.is_none() && fields.net_flux.is_none();
         let MaterialFields {
             reflectance,
             emission,
@@ -88,6 +93,7 @@ impl Reader<'_> {
                 material: largest(&colours),
                 colours,
                 emissivity: None,
+                lacks_temperature,
                 is_heat: false,
             }));
         }
@@ -97,6 +103,7 @@ impl Reader<'_> {
                 material: Material::flux(flux),
                 colours: Vec::new(),
                 emissivity,
+                lacks_temperature,
                 is_heat: true,
             }));
         }
@@ -105,6 +112,7 @@ impl Reader<'_> {
                 material: Material::grey(emissivity.unwrap_or(1.0), kelvin(temperature.as_ref())?),
                 colours: Vec::new(),
                 emissivity: None,
+                lacks_temperature,
                 is_heat: true,
             }));
         }
@@ -130,6 +138,7 @@ impl Reader<'_> {
             material,
             colours: if count > 1 { colours } else { Vec::new() },
             emissivity: None,
+            lacks_temperature,
             is_heat: false,
         }))
     }

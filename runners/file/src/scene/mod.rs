@@ -146,6 +146,8 @@ pub struct SceneSurface {
     pub is_obstruction: bool,
     /// Whether something is said of its material; it is black otherwise.
     pub has_material: bool,
+    /// Whether an emissivity is given, and neither a temperature nor a net flux.
+    pub lacks_temperature: bool,
     /// The surface whose backs these are.
     back_of: Option<usize>,
     /// Where each polygon stands: a file, and a line or another number of it.
@@ -163,6 +165,7 @@ impl SceneSurface {
             emissivity: None,
             is_obstruction: false,
             has_material: false,
+            lacks_temperature: false,
             back_of: None,
             places: Vec::new(),
         }
@@ -294,19 +297,31 @@ impl SceneFile {
     /// A remark on surfaces of whose material nothing is said, which are black.
     #[must_use]
     pub fn without_material(&self) -> Option<String> {
-        let own = self.surfaces.iter().filter(|own| !own.has_material);
+        let names = self.listed(&|own| !own.has_material)?;
+        Some(format!(
+            "nothing is said of the material of {names}: black, and dark or at 0 K"
+        ))
+    }
+
+    /// What is missing for heat: surfaces of which an emissivity is given have neither a temperature nor a net flux.
+    #[must_use]
+    pub fn without_temperature(&self) -> Option<String> {
+        let names = self.listed(&|own| own.lacks_temperature)?;
+        Some(format!(
+            "an emissivity is given of {names}, and no `temperature` or `net_flux`"
+        ))
+    }
+
+    /// The names of such surfaces in a sentence, if there are any: the first ones, and how many more.
+    fn listed(&self, is_such: &dyn Fn(&SceneSurface) -> bool) -> Option<String> {
+        let own = self.surfaces.iter().filter(|own| is_such(own));
         let names: Vec<String> = own.map(|own| format!("{:?}", own.name)).collect();
         let (first, rest) = names.split_at(names.len().min(MOST_NAMES));
         let more = match rest.len() {
             0 => String::new(),
             more => format!(" and {more} more"),
         };
-        (!first.is_empty()).then(|| {
-            format!(
-                "nothing is said of the material of {}{more}: black, and dark or at 0 K",
-                first.join(", ")
-            )
-        })
+        (!first.is_empty()).then(|| first.join(", ") + &more)
     }
 
     /// A question where every side of the box around all is longer than the highest building is high, and would be that of a room or a building in
