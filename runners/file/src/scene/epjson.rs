@@ -9,7 +9,7 @@ use std::collections::HashMap;
 use fredholm_scene::Material;
 use serde_json::{Map, Value};
 
-use super::{SceneFile, SceneSurface, nearest, nowhere};
+use super::{Origin, SceneFile, SceneSurface, nearest, nowhere};
 use crate::InputError;
 
 type Point = [f64; 3];
@@ -132,14 +132,18 @@ pub(super) fn read(
     if model.is_anticlockwise {
         faces.iter_mut().for_each(|face| face.points.reverse());
     }
-    for (line, face) in (1..).zip(&faces) {
+    if let Some(own) = scene.names.get_mut(file as usize) {
+        let names = faces.iter().map(|face| face.name.to_owned());
+        *own = Origin::Objects(name.to_owned(), names.collect());
+    }
+    for (number, face) in (0..).zip(&faces) {
         let mut surface = SceneSurface::new(face.name);
         surface.material = Material::grey(model.emissivity(face.object), 0.0);
-        surface.has_material = true;
+        (surface.has_material, surface.lacks_temperature) = (true, true);
         scene.surfaces.push(surface);
         let holes = face.holes.iter().map(|&hole| faces[hole].points.clone());
         let shape = (face.points.as_slice(), holes.collect());
-        let added = scene.add_without(scene.surfaces.len() - 1, shape, (file, line));
+        let added = scene.add_without(scene.surfaces.len() - 1, shape, (file, number));
         added.map_err(|message| {
             let holes = face
                 .holes

@@ -109,6 +109,8 @@ pub struct SceneFile {
 enum Origin {
     /// A file of lines.
     Lines(String),
+    /// A file of objects, and their names.
+    Objects(String, Vec<String>),
     /// An array of this name, from 0.
     Array(&'static str),
 }
@@ -117,13 +119,17 @@ impl Origin {
     fn place(&self, number: u32) -> String {
         match self {
             Self::Lines(name) => format!("{name}:{number}"),
+            Self::Objects(name, all) => {
+                let own = all.get(number as usize).map_or("", String::as_str);
+                format!("{name}: {own:?}")
+            }
             Self::Array(name) => format!("{name}[{number}]"),
         }
     }
 
     fn name(&self) -> &str {
         match self {
-            Self::Lines(name) => name,
+            Self::Lines(name) | Self::Objects(name, _) => name,
             Self::Array(name) => name,
         }
     }

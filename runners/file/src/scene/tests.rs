@@ -310,6 +310,13 @@ fn models_of_energyplus() {
         );
     }
     let text = model("Counterclockwise");
+    // Places are told by the names of objects.
+    let raised = mesh(
+        "z.epJSON",
+        &text.replacen("_z_coordinate\": 2.5", "_z_coordinate\": 2.6", 1),
+    );
+    let error = raised.unwrap().scene::<f64>().unwrap_err().to_string();
+    assert!(error.starts_with("z.epJSON: \"Roof\": "), "{error}");
     refused_at(
         "z.epJSON",
         &text.replace("\"south\"", "\"sud\""),
