@@ -5,7 +5,7 @@ use fredholm_room::{Material, STEFAN_BOLTZMANN};
 use serde::{Deserialize, Serialize};
 
 use crate::channels::Colours;
-use crate::heat::{Asked, RadiativeExchange};
+use crate::heat::{Asked, Carried, RadiativeExchange};
 use crate::{GlobalQuantity, Region};
 
 /// A quantity on which u depends: the reflectance of a surface, say.
@@ -87,8 +87,9 @@ struct InBand {
     slope: f64,
 }
 
-/// The quantities of a wall or a face, of light or of heat, in one channel or a band.
-fn of_element(material: &Material, is_heat: bool, band: Option<InBand>) -> Vec<Own> {
+/// The quantities of a wall or a face in one channel or a band. `speed` is what all of its surface would pump if it took every molecule, where
+/// molecules are carried.
+fn of_element(material: &Material, carried: Carried, speed: f64, band: Option<InBand>) -> Vec<Own> {
     let (reflectance, emission) = (material.reflectance, material.emission);
     let emissivity = 1.0 - reflectance;
     let of_factor = Dependence::on_factor(0, emission, reflectance);
@@ -110,11 +111,27 @@ fn of_element(material: &Material, is_heat: bool, band: Option<InBand>) -> Vec<O
         range: ANY,
         by: source(1.0),
     };
-    if !is_heat {
-        return vec![
-            share("reflectance", reflectance, of_factor),
-            number("emission", None),
-        ];
+    match carried {
+        Carried::Heat => {}
+        Carried::Light => {
+            return vec![
+                share("reflectance", reflectance, of_factor),
+                number("emission", None),
+            ];
+        }
+        Carried::Gas { .. } => {
+            let outgassing = Own {
+                word: "outgassing",
+                value: speed * emission,
+                unit: Some("mbar l/s"),
+                range: POSITIVE,
+                by: source(1.0 / speed),
+            };
+            return vec![
+                share("sticking", 1.0 - reflectance, negative(of_factor)),
+                outgassing,
+            ];
+        }
     }
     if emissivity <= 0.0 && band.is_none() {
         return vec![number("net flux", Some("W/m²"))];
@@ -130,11 +147,10 @@ fn of_element(material: &Material, is_heat: bool, band: Option<InBand>) -> Vec<O
         }
     };
     // ε B + (1 − ε) H.
+    let of_arriving = negative(of_factor);
     let by = Dependence {
-        source: black - of_factor.source,
-        of_u: -of_factor.of_u,
-        of_arriving: -of_factor.of_arriving,
-        ..of_factor
+        source: black + of_arriving.source,
+        ..of_arriving
     };
     let emissivity = share("emissivity", emissivity, by);
     let warm = (kelvin > 0.0).then(|| Own {
@@ -145,6 +161,16 @@ fn of_element(material: &Material, is_heat: bool, band: Option<InBand>) -> Vec<O
         by: source(4.0 * emission / kelvin + slope),
     });
     [emissivity].into_iter().chain(warm).collect()
+}
+
+/// The dependence on a quantity that falls where this one grows.
+const fn negative(by: Dependence) -> Dependence {
+    Dependence {
+        source: -by.source,
+        of_u: -by.of_u,
+        of_arriving: -by.of_arriving,
+        ..by
+    }
 }
 
 /// The quantities of surfaces and lights, and what parts of surfaces have to do with these.
@@ -165,16 +191,20 @@ impl SurfaceQuantities {
         name: &dyn Fn(usize) -> Option<&'n str>,
         (colours, lights): (Option<&Colours>, Vec<String>),
     ) -> Self {
-        let is_heat = surfaces.carried().is_heat();
         let channels = colours.map_or(1, |colours| colours.names.channels());
         let bands = colours.and_then(|colours| colours.names.bands());
-        let is_heat = is_heat || bands.is_some();
+        let carried = match bands {
+            Some(_) => Carried::Heat,
+            None => surfaces.carried(),
+        };
         let mut quantities = Vec::new();
         let mut all = vec![Vec::new(); channels];
         let names = (0..).map_while(|surface| Some((surface, name(surface)?)));
         for (surface, name) in names {
             let first = quantities.len();
             let elements = surfaces.elements(&Region::Part(surface));
+            let size: f64 = elements.iter().map(|own| own.size).sum();
+            let speed = carried.flux_scale() * size;
             for (channel, all) in all.iter_mut().enumerate() {
                 let mut parts: Vec<Vec<Dependence>> = Vec::new();
                 for element in &elements {
@@ -194,7 +224,7 @@ impl SurfaceQuantities {
                         parts.resize_with(element.part + 1, Vec::new);
                     }
                     let material = material.unwrap_or(&element.material);
-                    let own = of_element(material, is_heat, band).into_iter();
+                    let own = of_element(material, carried, speed, band).into_iter();
                     let own = own.map(|own| {
                         let quantity = Quantity {
                             name: format!("{name} {}", own.word),

@@ -247,7 +247,8 @@ impl Sensitivity {
             row.push(self.uncertainty.map_or(String::new(), with_unit));
             row.push(short(self.moved()));
         } else {
-            let part = self.value.map(|value| 0.01 * value * self.derivative);
+            // With 0 there is no -0.
+            let part = (self.value).map(|value| 0.01 * value * self.derivative + 0.0);
             row.push(part.map_or(String::new(), short));
         }
         row

@@ -138,6 +138,35 @@ fn derivatives_of_net_fluxes_are_those_of_differences() {
     );
 }
 
+const VACUUM: &str = "[problem]\nkind = 'vacuum'\n\
+    [[problem.surface]]\nname = 'floor'\npolygon = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]\noutgassing = 1.5\n\
+    [[problem.surface]]\nname = 'pump'\npolygon = [[0, 0, 1], [0, 1, 1], [1, 0, 1]]\nsticking = 0.4\n\
+    [[problem.surface]]\nname = 'walls'\npolygons = [[[0, 0, 0], [0, 0, 1], [1, 0, 1], [1, 0, 0]],\
+    [[1, 0, 0], [1, 0, 1], [0, 1, 1], [0, 1, 0]], [[0, 1, 0], [0, 1, 1], [0, 0, 1], [0, 0, 0]]]\nsticking = 0.1\n\
+    [[target]]\nname = 'floor'\nover = 'floor'\n[walk]\nwalks = 20000\n";
+
+/// Quantities of a vacuum are those of its words: the pressure by a sticking factor, and by what a surface gives off in all.
+#[test]
+fn a_vacuum_has_derivatives_by_its_own_words() {
+    let folder = Folder::new();
+    let options = ["--json", "--sensitivities"];
+    let json = folder.solve(VACUUM, &options).quietly(0).json();
+    let found = derivatives(&json);
+    for moved in [
+        ("pump sticking", "sticking = 0.4", 0.04),
+        ("walls sticking", "sticking = 0.1", 0.01),
+        ("floor outgassing", "outgassing = 1.5", 0.3),
+    ] {
+        let worst = check(&folder, VACUUM, &found, moved);
+        assert!(worst < SIGMAS, "{moved:?}: {worst}");
+    }
+    let all = list(&json["sensitivities"], "derivatives").iter();
+    let mut own = all.filter(|own| own["quantity"] == "floor outgassing");
+    let own = own.next().unwrap();
+    assert!((number(own, "value") - 1.5).abs() < 1e-12, "{own}");
+    assert_eq!(own["unit"], "mbar l/s");
+}
+
 const SUN: &str = "[problem]\nkind = 'scene'\nopen = true\nsky = { emission = 100 }\n\
     [[problem.light]]\ntowards = [1, -1, 2]\nirradiance = 500\n\
     [[problem.surface]]\nname = 'ground'\npolygon = [[0, 0, 0], [4, 0, 0], [4, 4, 0], [0, 4, 0]]\nreflectance = 0.4\nemission = 2\n\
