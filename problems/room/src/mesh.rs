@@ -19,7 +19,8 @@ pub struct Grading {
     pub exponent: f64,
     /// Whether to cut at the edges of the shadows of lights as well: where the line from a vertex
     /// at which the emission jumps past one that stands out into the room meets a wall. There u has
-    /// a kink, which polynomials of a higher degree do not have within a cell.
+    /// a kink, which polynomials of a higher degree do not have within a cell. At the edges of a sun's shadows, where u jumps, cells end
+    /// in any case.
     pub shadows: bool,
 }
 
@@ -75,7 +76,7 @@ impl Mesh {
         let mut shadows = if grading.shadows {
             crate::shadows::of_lights(scene)
         } else {
-            Vec::new()
+            crate::shadows::of_suns(scene)
         };
         for (w, (wall, corners)) in walls.iter().zip(corners).enumerate() {
             let share = (cells as f64 * wall.length / total + 0.5) as usize;

@@ -14,10 +14,27 @@ use crate::views::ShadowEnd;
 /// into the room, both seen: there its shadow begins or ends, and u has a kink. A few are listed
 /// that change nothing.
 pub(crate) fn of_lights(scene: &Scene) -> Vec<Vec<f64>> {
+    lines(
+        scene,
+        &outstanding(scene),
+        &ends_of_lights(scene),
+        &suns(scene),
+    )
+}
+
+/// Those at the edges of the shadows of suns, where F itself jumps; none if there is no sun.
+pub(crate) fn of_suns(scene: &Scene) -> Vec<Vec<f64>> {
+    match &*suns(scene) {
+        [] => Vec::new(),
+        suns => lines(scene, &outstanding(scene), &[], suns),
+    }
+}
+
+/// The directions towards the suns.
+fn suns(scene: &Scene) -> Vec<Vector<f64>> {
     let suns = scene.outside.iter();
     let suns = suns.filter(|own| matches!(own, Outside::Sun { .. }));
-    let suns: Vec<_> = suns.flat_map(Outside::ends).copied().collect();
-    lines(scene, &outstanding(scene), &ends_of_lights(scene), &suns)
+    suns.flat_map(Outside::ends).copied().collect()
 }
 
 /// The ends of the shadows of lights on the walls of a scene, where u has kinks.

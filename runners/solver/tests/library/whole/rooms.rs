@@ -1,6 +1,6 @@
 //! Rooms and spheres.
 
-use fredholm::room::{Beside, FieldRequest, Material, Spot, Stretch, Surfaces};
+use fredholm::room::{Beside, FieldRequest, Material, Outside, Spot, Stretch, Surfaces};
 use fredholm::{
     Estimator, Form, GlobalEstimate, GlobalValue, Model, Pairs, Region, RoomModel, Scalar, Solver,
     SphereModel,
@@ -142,6 +142,39 @@ fn light_is_in_balance() {
     assert!((u.estimate - 0.5 * h.estimate).abs() < 1e-14);
     // Halving has found all edges of shadows: a kink is left of 10⁻⁸ of a cell.
     assert!(u.quadrature_error < 1e-8, "{u:?}");
+}
+
+/// What a sun gives to a floor past a black shelf, in closed form, wherever the shadow's edges lie in their cells: also next to an end, where no
+/// point of a rule of Gauss sees them.
+#[test]
+fn shadows_of_a_sun_are_whole() {
+    let grey = Material {
+        reflectance: 0.7,
+        emission: 0.0,
+    };
+    let length = 2.25;
+    let towards = [-0.24, 1.0].map(|c: f64| c / 0.24_f64.hypot(1.0));
+    for k in 0..12 {
+        let [from, to] = [[0.55 + 0.013 * f64::from(k), 1.3], [1.3, 1.6]];
+        let mut surfaces = Surfaces::default()
+            .with("floor", &[[0.0, 0.0], [length, 0.0]], grey)
+            .with("below", &[to, from], Material::BLACK)
+            .with("above", &[from, to], Material::BLACK);
+        surfaces.open = true;
+        surfaces.outside = vec![Outside::Sun {
+            towards,
+            irradiance: 2.0,
+        }];
+        let model = RoomModel::new(surfaces, Scalar::F64).unwrap();
+        let foot = |[x, y]: [f64; 2]| x - towards[0] / towards[1] * y;
+        let exact = 2.0 * towards[1] * (1.0 - (foot(to) - foot(from)) / length);
+        for cells in [20, 90, 400] {
+            let solver = Solver::new(&model).cells(cells).degree(0).walks(4096);
+            let found = solver.whole().unwrap().irradiance(&Region::Part(0));
+            let off = found.unwrap().estimate - exact;
+            assert!(off.abs() < 1e-8, "{k} {cells}: {off}");
+        }
+    }
 }
 
 /// Pixels and stretches of walls are what the global estimate says there.
