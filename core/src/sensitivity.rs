@@ -187,7 +187,7 @@ impl<'a, E: Equation, N: ?Sized, T, G> Sensitivities<'a, E, N, T, G> {
         Self { shares, ..self }
     }
 
-    /// Those of a goal among numbers of which every goal has one for each quantity.
+    /// The numbers of one goal out of those of all, one for each quantity.
     fn of_goal(&self, all: &'a [f64], goal: u64) -> &'a [f64] {
         let first = (goal as usize).saturating_mul(self.quantities);
         let own = all.get(first..).unwrap_or_default();

@@ -22,7 +22,7 @@ pub(crate) fn of_lights(scene: &Scene) -> Vec<Vec<f64>> {
     )
 }
 
-/// Those at the edges of the shadows of suns, where F itself jumps; none if there is no sun.
+/// Distances along every wall at which a sun's shadow has an edge, where F itself jumps; none if there is no sun.
 pub(crate) fn of_suns(scene: &Scene) -> Vec<Vec<f64>> {
     match &*suns(scene) {
         [] => Vec::new(),
