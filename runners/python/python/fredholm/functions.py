@@ -54,7 +54,7 @@ def _points(count: int, domain: Array, number: int) -> Array:
     """Points of the domain: numbers in one dimension, rows of coordinates in more."""
     step = np.array([0.618034, 0.754878, 0.819173, 0.856675, 0.881271, 0.898654])[: len(domain)]
     unit = (0.5 + (np.arange(count)[:, None] + 1 + 10 * number) * step) % 1.0
-    points: Array = np.empty_like(unit)
+    points: Array = np.empty(unit.shape)
     for axis, (low, high) in enumerate(domain):
         t = unit[:, axis]
         if np.isfinite(low) and np.isfinite(high):

@@ -442,9 +442,9 @@ class Scene(Problem):
             name = getattr(values, "quantity", "values")
             mesh.cell_data[name] = numbers
             options.setdefault("scalars", name)
-        plotter = pyvista.Plotter() if plotter is None else plotter
-        plotter.add_mesh(mesh, **options)
-        return plotter
+        drawn: Any = pyvista.Plotter() if plotter is None else plotter
+        drawn.add_mesh(mesh, **options)
+        return drawn
 
     def __repr__(self) -> str:
         kinds = ", ".join(self.surfaces[:8]) + (", …" if len(self._surfaces) > 8 else "")
