@@ -120,7 +120,7 @@ pub struct CertifiedValue {
     pub estimate: Option<f64>,
     /// The given value minus the estimate.
     pub error: Option<f64>,
-    /// The standard error of both. `None`: no walk has scored.
+    /// The standard error of both, or what rounding and quadrature leave where that is more. `None`: no walk has scored.
     pub std_error: Option<f64>,
     /// Half of the width of the band around the error.
     pub band: Option<f64>,
@@ -133,7 +133,8 @@ impl CertifiedValue {
         let estimate = Some(goal.value()).filter(|value| value.is_finite());
         let rounding =
             |given: f64, value: f64| ROUNDINGS * f64::EPSILON * f64::max(given.abs(), value.abs());
-        let floor = given.zip(estimate).map_or(0.0, |(a, b)| rounding(a, b));
+        let rounded = given.zip(estimate).map_or(0.0, |(a, b)| rounding(a, b));
+        let floor = f64::max(rounded, goal.quadrature_error);
         Self {
             name: goal.name.clone(),
             at: goal.at.clone(),

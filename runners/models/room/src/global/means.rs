@@ -15,6 +15,8 @@ const RULE: [(f64, f64); 5] = [
     (INNER, 49.0 / 90.0),
     (1.0, 0.1),
 ];
+/// The share of a cell by which points are inside of it: where walls meet, a point of one is none that sees the other.
+const INSET: f64 = 1e-9;
 /// √(3/7).
 const INNER: f64 = 0.654_653_670_707_977_1;
 /// The share of a cell's length that halving may move the integrals of an interval by. What a kink leaves falls fourfold
@@ -148,7 +150,7 @@ impl Arrival<'_, '_> {
         let half = 0.5 * (to - from);
         let mut sums = [0.0; MOST];
         for (t, weight) in RULE {
-            let place = from + half * (1.0 + t);
+            let place = (from + half * (1.0 + t)).clamp(INSET, 1.0 - INSET);
             let Some(y) = self.room.inside(self.cell, place) else {
                 return [f64::NAN; MOST];
             };
