@@ -187,11 +187,15 @@ impl<'a, E: Equation, N: ?Sized, T, G> Sensitivities<'a, E, N, T, G> {
         Self { shares, ..self }
     }
 
-    /// The numbers of one goal out of those of all, one for each quantity.
+    /// The numbers of one goal out of those of all, one for each quantity; none if all are 0, so that they cost walks nothing.
     fn of_goal(&self, all: &'a [f64], goal: u64) -> &'a [f64] {
         let first = (goal as usize).saturating_mul(self.quantities);
         let own = all.get(first..).unwrap_or_default();
-        own.get(..self.quantities).unwrap_or_default()
+        let own = own.get(..self.quantities).unwrap_or_default();
+        match own.iter().all(|&number| number == 0.0) {
+            true => &[],
+            false => own,
+        }
     }
 }
 
