@@ -40,7 +40,7 @@ pub use schedule::{
     MIN_BATCHES, MIN_REPLICATES, MIN_SCORED_WALKS, RunOptions, RunOptionsError, Schedule,
     StopReason, Tolerance, next_stage,
 };
-pub use sensitivity::{Dependence, Dependences, Sensitivities};
+pub use sensitivity::{Dependence, Dependences, Direct, Sensitivities};
 pub use sobol::{SOBOL_COORDINATES, Sobol, SobolPoint, SobolWalk};
 pub use space::{At, Chain, Density, Equation, Functional, Scaled, Space, Start, StartOf, WideOf};
 pub use statistics::{Estimate, Statistics, Terminations, rounding_floor};

@@ -78,6 +78,33 @@ impl Dependence {
     }
 }
 
+/// What a goal itself has to do with a quantity λ, besides what the states of its walks score: the derivative of a λ-dependent number a + b (u, Φ)
+/// has `known` = ∂a/∂λ and `share` = (∂b/∂λ)/b of its estimate b (u, Φ), the same in all channels.
+///
+/// ```
+/// use fredholm_core::Direct;
+///
+/// // The net flux q = ε (σT⁴ − H) of a surface grows with its emissivity ε by q/ε, besides by what H does.
+/// let of_emissivity = Direct { known: 0.0, share: 1.0 / 0.8 };
+/// assert_eq!(of_emissivity.share, 1.25);
+/// assert_eq!(Direct::NONE, Direct { known: 0.0, share: 0.0 });
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Direct {
+    /// The part of the derivative that is known, in the unit of the goal over that of the quantity.
+    pub known: f64,
+    /// The number that the estimate is multiplied by in the derivative, over the unit of the quantity.
+    pub share: f64,
+}
+
+impl Direct {
+    /// Nothing: the goal depends on the quantity by u alone.
+    pub const NONE: Self = Self {
+        known: 0.0,
+        share: 0.0,
+    };
+}
+
 /// Hands on the dependences of a point, and of the step from the point before it, if there is one, each with the number of its channel.
 pub type Dependences<'a, P> = dyn Fn(Option<&P>, &P, &mut dyn FnMut(usize, Dependence)) + Sync + 'a;
 
@@ -145,8 +172,7 @@ pub struct Sensitivities<'a, E: Equation, N: ?Sized, T, G = DefaultGenerator> {
     goals: &'a Goals<'a, E, N, T, G>,
     quantities: usize,
     dependences: &'a Dependences<'a, E::Point>,
-    known: &'a [f64],
-    shares: &'a [f64],
+    direct: &'a [Direct],
 }
 
 impl<E: Equation, N: ?Sized, T, G> core::fmt::Debug for Sensitivities<'_, E, N, T, G> {
@@ -169,30 +195,23 @@ impl<'a, E: Equation, N: ?Sized, T, G> Sensitivities<'a, E, N, T, G> {
             goals,
             quantities,
             dependences,
-            known: &[],
-            shares: &[],
+            direct: &[],
         }
     }
 
-    /// These with parts of derivatives that are known besides what states score, the same in all channels: of every goal one for each quantity.
+    /// These of goals that depend on quantities themselves: of every goal one for each quantity, or none at all.
     #[must_use]
-    pub const fn with_known(self, known: &'a [f64]) -> Self {
-        Self { known, ..self }
+    pub const fn with_direct(self, direct: &'a [Direct]) -> Self {
+        Self { direct, ..self }
     }
 
-    /// These with a share of what is estimated, the same in all channels: of every goal one for each quantity. The derivative of a λ-dependent
-    /// multiple a of a functional has (∂a/∂λ)/a of it, besides what states score.
-    #[must_use]
-    pub const fn with_shares(self, shares: &'a [f64]) -> Self {
-        Self { shares, ..self }
-    }
-
-    /// The numbers of one goal out of those of all, one for each quantity; none if all are 0, so that they cost walks nothing.
-    fn of_goal(&self, all: &'a [f64], goal: u64) -> &'a [f64] {
+    /// What a goal itself has to do with the quantities.
+    fn direct_of(&self, goal: u64) -> &'a [Direct] {
         let first = (goal as usize).saturating_mul(self.quantities);
-        let own = all.get(first..).unwrap_or_default();
+        let own = self.direct.get(first..).unwrap_or_default();
         let own = own.get(..self.quantities).unwrap_or_default();
-        match own.iter().all(|&number| number == 0.0) {
+        // What is 0 throughout costs the walks nothing.
+        match own.iter().all(|own| *own == Direct::NONE) {
             true => &[],
             false => own,
         }
@@ -311,7 +330,7 @@ where
         let seeds = WalkSeeds::<G>::new(goals.options.seed, number);
         let mut memory = G::Memory::default();
         let mut passages = Passages::<E, N>::new(goals.neighbour, &nothing);
-        let [known, shares] = [self.known, self.shares].map(|all| self.of_goal(all, number));
+        let direct = self.direct_of(number);
         let mut left = at_most;
         while left > 0
             && let Some(place) = batches.first().and_then(Batch::next_number)
@@ -329,20 +348,8 @@ where
                 };
                 if before == 0 {
                     goals.push(&score, batches)?;
-                    let mut add = |quantity: usize, number: f64, of: Option<&WideOf<E>>| {
-                        for channel in (0..channels).filter(|_| number != 0.0) {
-                            let score = of.map_or(number, |of| number * of.get(channel));
-                            self.add((channel, quantity), (place.walk, score), derivatives);
-                        }
-                    };
-                    for (quantity, &number) in known.iter().enumerate() {
-                        add(quantity, number, None);
-                    }
-                    if !shares.is_empty() {
-                        let estimate = score.estimate();
-                        for (quantity, &share) in shares.iter().enumerate() {
-                            add(quantity, share, Some(&estimate));
-                        }
+                    if !direct.is_empty() {
+                        self.add_direct(direct, place.walk, &score.estimate(), derivatives);
                     }
                 }
                 self.accrue(own, &passages, derivatives);
@@ -404,6 +411,18 @@ where
         };
         let score = walks.follow(&goal, &seeds, Course::Roulette, (number, &mut ()), &mut ());
         score.estimate()
+    }
+
+    /// Adds what a goal itself has to do with the quantities, given what a walk estimates.
+    fn add_direct(&self, direct: &[Direct], walk: u64, estimate: &WideOf<E>, to: &mut [Batch]) {
+        for (quantity, own) in direct.iter().enumerate() {
+            for channel in 0..self.goals.equation.channels() {
+                let score = own.known + own.share * estimate.get(channel);
+                if score != 0.0 {
+                    self.add((channel, quantity), (walk, score), to);
+                }
+            }
+        }
     }
 
     /// Adds what a walk scores on a quantity in a channel.

@@ -1,6 +1,6 @@
 //! The quantities on which the solution of an exchange of light or heat depends.
 
-use fredholm_core::Dependence;
+use fredholm_core::{Dependence, Direct};
 use fredholm_room::{Material, STEFAN_BOLTZMANN};
 use serde::{Deserialize, Serialize};
 
@@ -63,13 +63,43 @@ pub struct Uncertainty {
     pub std_error: f64,
 }
 
-/// What a wall or a face depends on: a word, its value, unit and range, and what it has to do with it.
+/// What a wall or a face depends on: a word, its value, unit and range, and the slopes of its material.
 struct Own {
     word: &'static str,
     value: f64,
     unit: Option<&'static str>,
     range: [f64; 2],
-    by: Dependence,
+    slopes: Slopes,
+}
+
+/// The derivatives of the emission and the reflectance of a material by a quantity.
+#[derive(Clone, Copy, Debug)]
+struct Slopes {
+    emission: f64,
+    reflectance: f64,
+}
+
+impl Slopes {
+    const fn of_emission(emission: f64) -> Self {
+        Self {
+            emission,
+            reflectance: 0.0,
+        }
+    }
+
+    /// What a point of the material has to do with the quantity: u = F + ρ H changes by ∂F/∂λ + (∂ρ/∂λ) H.
+    fn dependence(self, material: &Material, quantity: usize) -> Dependence {
+        let of_reflectance = match self.reflectance {
+            0.0 => Dependence::on(quantity),
+            _ => Dependence::on_factor(quantity, material.emission, material.reflectance),
+        };
+        Dependence {
+            source: self.emission + self.reflectance * of_reflectance.source,
+            of_u: self.reflectance * of_reflectance.of_u,
+            of_arriving: self.reflectance * of_reflectance.of_arriving,
+            quantity,
+        }
+    }
 }
 
 /// The range of numbers, of shares, and of temperatures.
@@ -92,30 +122,29 @@ struct InBand {
 fn of_element(material: &Material, carried: Carried, speed: f64, band: Option<InBand>) -> Vec<Own> {
     let (reflectance, emission) = (material.reflectance, material.emission);
     let emissivity = 1.0 - reflectance;
-    let of_factor = Dependence::on_factor(0, emission, reflectance);
-    let source = |source: f64| Dependence {
-        source,
-        ..Dependence::on(0)
-    };
-    let share = |word, value, by| Own {
+    let share = |word, value, slopes| Own {
         word,
         value,
         unit: None,
         range: SHARE,
-        by,
+        slopes,
     };
     let number = |word, unit| Own {
         word,
         value: emission,
         unit,
         range: ANY,
-        by: source(1.0),
+        slopes: Slopes::of_emission(1.0),
+    };
+    let of_reflectance = |reflectance| Slopes {
+        emission: 0.0,
+        reflectance,
     };
     match carried {
         Carried::Heat => {}
         Carried::Light => {
             return vec![
-                share("reflectance", reflectance, of_factor),
+                share("reflectance", reflectance, of_reflectance(1.0)),
                 number("emission", None),
             ];
         }
@@ -125,10 +154,10 @@ fn of_element(material: &Material, carried: Carried, speed: f64, band: Option<In
                 value: speed * emission,
                 unit: Some("mbar l/s"),
                 range: POSITIVE,
-                by: source(1.0 / speed),
+                slopes: Slopes::of_emission(1.0 / speed),
             };
             return vec![
-                share("sticking", 1.0 - reflectance, negative(of_factor)),
+                share("sticking", 1.0 - reflectance, of_reflectance(-1.0)),
                 outgassing,
             ];
         }
@@ -146,11 +175,10 @@ fn of_element(material: &Material, carried: Carried, speed: f64, band: Option<In
             (band.part * all, band.kelvin, emissivity * all * band.slope)
         }
     };
-    // ε B + (1 − ε) H.
-    let of_arriving = negative(of_factor);
-    let by = Dependence {
-        source: black + of_arriving.source,
-        ..of_arriving
+    // F = ε B and ρ = 1 − ε.
+    let by = Slopes {
+        emission: black,
+        reflectance: -1.0,
     };
     let emissivity = share("emissivity", emissivity, by);
     let warm = (kelvin > 0.0).then(|| Own {
@@ -158,19 +186,18 @@ fn of_element(material: &Material, carried: Carried, speed: f64, band: Option<In
         value: kelvin,
         unit: Some("K"),
         range: POSITIVE,
-        by: source(4.0 * emission / kelvin + slope),
+        slopes: Slopes::of_emission(4.0 * emission / kelvin + slope),
     });
     [emissivity].into_iter().chain(warm).collect()
 }
 
-/// The dependence on a quantity that falls where this one grows.
-const fn negative(by: Dependence) -> Dependence {
-    Dependence {
-        source: -by.source,
-        of_u: -by.of_u,
-        of_arriving: -by.of_arriving,
-        ..by
-    }
+/// What a part of a surface has to do with the quantities in a channel.
+#[derive(Clone, Debug, Default)]
+struct OfPart {
+    /// What its points have to do with them.
+    dependences: Vec<Dependence>,
+    /// The slopes of its material by the quantities of the same places.
+    slopes: Vec<Slopes>,
 }
 
 /// The quantities of surfaces and lights, and what parts of surfaces have to do with these.
@@ -181,7 +208,7 @@ pub struct SurfaceQuantities {
     /// The number of those of surfaces.
     pub of_surfaces: usize,
     /// By the number of the channel, of the surface, and of its part.
-    parts: Vec<Vec<Vec<Vec<Dependence>>>>,
+    parts: Vec<Vec<Vec<OfPart>>>,
 }
 
 impl SurfaceQuantities {
@@ -206,7 +233,7 @@ impl SurfaceQuantities {
             let size: f64 = elements.iter().map(|own| own.size).sum();
             let speed = carried.flux_scale() * size;
             for (channel, all) in all.iter_mut().enumerate() {
-                let mut parts: Vec<Vec<Dependence>> = Vec::new();
+                let mut parts: Vec<OfPart> = Vec::new();
                 for element in &elements {
                     let own = colours.and_then(|own| own.of_part(surface, element.part));
                     let kelvin = bands.and_then(|bands| bands.temperature(own?));
@@ -221,23 +248,23 @@ impl SurfaceQuantities {
                         }
                     });
                     if parts.len() <= element.part {
-                        parts.resize_with(element.part + 1, Vec::new);
+                        parts.resize_with(element.part + 1, OfPart::default);
                     }
                     let material = material.unwrap_or(&element.material);
-                    let own = of_element(material, carried, speed, band).into_iter();
-                    let own = own.map(|own| {
+                    let mut part = OfPart::default();
+                    for own in of_element(material, carried, speed, band) {
                         let quantity = Quantity {
                             name: format!("{name} {}", own.word),
                             value: Some(own.value),
                             unit: own.unit,
                             range: own.range,
                         };
-                        Dependence {
-                            quantity: first + number(&mut quantities, first, quantity),
-                            ..own.by
-                        }
-                    });
-                    parts[element.part] = own.collect();
+                        let number = first + number(&mut quantities, first, quantity);
+                        part.dependences
+                            .push(own.slopes.dependence(material, number));
+                        part.slopes.push(own.slopes);
+                    }
+                    parts[element.part] = part;
                 }
                 all.push(parts);
             }
@@ -256,43 +283,41 @@ impl SurfaceQuantities {
 
     /// What a part of a surface has to do with the quantities in a channel.
     pub fn of_part(&self, channel: usize, surface: usize, part: usize) -> &[Dependence] {
-        let parts = self.parts.get(channel).and_then(|all| all.get(surface));
-        parts
-            .and_then(|parts| parts.get(part))
-            .map_or(&[], Vec::as_slice)
+        self.part(channel, surface, part)
+            .map_or(&[], |own| &own.dependences)
     }
 
-    /// What derivatives of a net flux F − (1 − ρ) H have by the material of its own surface, besides those of H: of every quantity a number, and a
-    /// share of the estimate. All are 0 of what else a region asks for.
-    pub fn of_asked(
+    fn part(&self, channel: usize, surface: usize, part: usize) -> Option<&OfPart> {
+        self.parts.get(channel)?.get(surface)?.get(part)
+    }
+
+    /// What a goal itself has to do with every quantity: a net flux F − (1 − ρ) H depends on the material of its own surface besides by H, and
+    /// nothing else that a region asks for does.
+    pub fn direct(
         &self,
         surfaces: &dyn RadiativeExchange,
         region: &Region,
         asked: &Asked,
-    ) -> Vec<[f64; 2]> {
-        let mut all = vec![[0.0; 2]; self.quantities.len()];
+    ) -> Vec<Direct> {
+        let mut all = vec![Direct::NONE; self.quantities.len()];
         let (GlobalQuantity::NetFlux, place) = region.asked() else {
             return all;
         };
         let elements = surfaces.elements(place);
-        let Some(own) = elements.first() else {
-            return all;
-        };
-        let Material {
-            reflectance,
-            emission,
-        } = own.material;
-        for on in self.of_part(0, own.surface, own.part) {
-            // A dependence is ∂F/∂λ + ∂ρ/∂λ H, with H = (u − F)/ρ where that is not 0.
-            let of_reflectance = on.of_u * reflectance + on.of_arriving;
-            let of_emission = on.source + on.of_u * emission;
+        let part = elements
+            .first()
+            .and_then(|own| self.part(0, own.surface, own.part));
+        let Some(part) = part else { return all };
+        for (on, slopes) in part.dependences.iter().zip(&part.slopes) {
+            // Where no factor is left nothing of H is asked for.
             let share = match asked.factor {
                 0.0 => 0.0,
-                factor => of_reflectance / factor,
+                factor => slopes.reflectance / factor,
             };
-            if let Some(all) = all.get_mut(on.quantity) {
-                *all = [of_emission - share * asked.constant, share];
-            }
+            all[on.quantity] = Direct {
+                known: slopes.emission - share * asked.constant,
+                share,
+            };
         }
         all
     }

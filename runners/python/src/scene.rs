@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use fredholm::room::Material;
 use fredholm::scene::{FaceValues, Scene};
 use fredholm_factors::{Factors, FactorsError, Sights};
-use fredholm_file::scene::{ArraySurface, SceneArrays, SceneFile};
+use fredholm_file::scene::{ArraySurface, Known, SceneArrays, SceneFile};
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use rayon::prelude::*;
@@ -83,11 +83,15 @@ fn surface((name, two_sided, numbers): GivenSurface) -> ArraySurface {
             emission: emission.unwrap_or(0.0),
         },
     };
+    let known = match emissivity.is_some() && temperature.or(net_flux).is_none() {
+        true => Known::Emissivity,
+        false => Known::Material,
+    };
     ArraySurface {
         name,
         material,
         emissivity: emissivity.filter(|_| net_flux.is_some()),
-        lacks_temperature: emissivity.is_some() && temperature.or(net_flux).is_none(),
+        known,
         two_sided,
     }
 }

@@ -2,7 +2,7 @@
 
 use fredholm_scene::Material;
 
-use super::{Origin, SceneFile, SceneSurface};
+use super::{Known, Origin, SceneFile, SceneSurface};
 use crate::InputError;
 
 /// A surface of faces in arrays: name and material.
@@ -14,8 +14,8 @@ pub struct ArraySurface {
     pub material: Material,
     /// The emissivity, if the net flux is given and this is known.
     pub emissivity: Option<f64>,
-    /// Whether an emissivity is given, and neither a temperature nor a net flux: this serves form factors.
-    pub lacks_temperature: bool,
+    /// What is said of the material.
+    pub known: Known,
     /// Whether it is seen from both sides: its backs are another surface, "name (back)".
     pub two_sided: bool,
 }
@@ -23,11 +23,11 @@ pub struct ArraySurface {
 /// Faces in arrays: their vertices by number, and the surface of each.
 ///
 /// ```
-/// use fredholm_file::scene::{ArraySurface, SceneArrays, SceneFile};
+/// use fredholm_file::scene::{ArraySurface, Known, SceneArrays, SceneFile};
 /// use fredholm_scene::Material;
 ///
 /// let material = Material { reflectance: 0.5, emission: 1.0 };
-/// let plate = ArraySurface { name: "plate".to_owned(), material, emissivity: None, lacks_temperature: false, two_sided: true };
+/// let plate = ArraySurface { name: "plate".to_owned(), material, emissivity: None, known: Known::Material, two_sided: true };
 /// let arrays = SceneArrays {
 ///     vertices: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
 ///     corners: vec![0, 1, 2],
@@ -73,8 +73,7 @@ impl SceneFile {
             self.surfaces.push(SceneSurface {
                 material: own.material,
                 emissivity: own.emissivity,
-                has_material: true,
-                lacks_temperature: own.lacks_temperature,
+                known: own.known,
                 ..SceneSurface::new(own.name.clone())
             });
         }

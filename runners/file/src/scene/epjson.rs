@@ -9,7 +9,7 @@ use std::collections::HashMap;
 use fredholm_scene::Material;
 use serde_json::{Map, Value};
 
-use super::{Origin, SceneFile, SceneSurface, nearest, nowhere};
+use super::{Known, Origin, SceneFile, SceneSurface, nearest, nowhere};
 use crate::InputError;
 
 type Point = [f64; 3];
@@ -139,7 +139,7 @@ pub(super) fn read(
     for (number, face) in (0..).zip(&faces) {
         let mut surface = SceneSurface::new(face.name);
         surface.material = Material::grey(model.emissivity(face.object), 0.0);
-        (surface.has_material, surface.lacks_temperature) = (true, true);
+        surface.known = Known::Emissivity;
         scene.surfaces.push(surface);
         let holes = face.holes.iter().map(|&hole| faces[hole].points.clone());
         let shape = (face.points.as_slice(), holes.collect());

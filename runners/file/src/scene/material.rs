@@ -4,8 +4,8 @@ use fredholm::channels::Bands;
 use fredholm_core::MOST_CHANNELS;
 use fredholm_scene::Material;
 
-use super::SceneSurface;
 use super::description::Reader;
+use super::{Known, SceneSurface};
 use crate::channels::{HEAT, NEGATIVE, default_names, of_channel, wrong_count};
 use crate::kinds::material::{
     EMISSIVITY, MaterialFields, TEMPERATURE, is_emissivity, is_temperature, read_temperature,
@@ -20,19 +20,17 @@ pub(super) struct Given {
     colours: Vec<Material>,
     /// The emissivity of a surface from which the net flux is given, if it is known.
     emissivity: Option<f64>,
-    /// Whether an emissivity is given, and neither a temperature nor a net flux.
-    lacks_temperature: bool,
+    known: Known,
     /// Whether u is in W/m².
     pub(super) is_heat: bool,
 }
 
 impl SceneSurface {
     pub(super) fn give(&mut self, given: &Given) {
-        self.has_material = true;
+        self.known = given.known;
         self.material = given.material;
         self.colours.clone_from(&given.colours);
         self.emissivity = given.emissivity;
-        self.lacks_temperature = given.lacks_temperature;
     }
 }
 
@@ -78,8 +76,11 @@ impl Reader<'_> {
             fields.check_bands()?;
         }
         let (is_light, is_grey) = (fields.light().is_some(), fields.heat().is_some());
-        let lacks_temperature =
-            is_grey && fields.temperature.is_none() && fields.net_flux.is_none();
+        let is_warm = fields.temperature.is_some() || fields.net_flux.is_some();
+        let known = match is_grey && !is_warm {
+            true => Known::Emissivity,
+            false => Known::Material,
+        };
         let MaterialFields {
             reflectance,
             emission,
@@ -93,7 +94,7 @@ impl Reader<'_> {
                 material: largest(&colours),
                 colours,
                 emissivity: None,
-                lacks_temperature,
+                known,
                 is_heat: false,
             }));
         }
@@ -103,7 +104,7 @@ impl Reader<'_> {
                 material: Material::flux(flux),
                 colours: Vec::new(),
                 emissivity,
-                lacks_temperature,
+                known,
                 is_heat: true,
             }));
         }
@@ -112,7 +113,7 @@ impl Reader<'_> {
                 material: Material::grey(emissivity.unwrap_or(1.0), kelvin(temperature.as_ref())?),
                 colours: Vec::new(),
                 emissivity: None,
-                lacks_temperature,
+                known,
                 is_heat: true,
             }));
         }
@@ -138,7 +139,7 @@ impl Reader<'_> {
             material,
             colours: if count > 1 { colours } else { Vec::new() },
             emissivity: None,
-            lacks_temperature,
+            known,
             is_heat: false,
         }))
     }

@@ -150,14 +150,30 @@ pub struct SceneSurface {
     pub emissivity: Option<f64>,
     /// Whether it hides others and is not reported: an obstruction of a View3D deck.
     pub is_obstruction: bool,
-    /// Whether something is said of its material; it is black otherwise.
-    pub has_material: bool,
-    /// Whether an emissivity is given, and neither a temperature nor a net flux.
-    pub lacks_temperature: bool,
+    /// What is said of its material.
+    pub known: Known,
     /// The surface whose backs these are.
     back_of: Option<usize>,
     /// Where each polygon stands: a file, and a line or another number of it.
     places: Vec<(u32, u32)>,
+}
+
+/// What is said of the material of a surface.
+///
+/// ```
+/// use fredholm_file::scene::Known;
+///
+/// assert_eq!(Known::default(), Known::Nothing);
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Known {
+    /// Nothing: it is black, and dark or at 0 K.
+    #[default]
+    Nothing,
+    /// An emissivity, and neither a temperature nor a net flux: this serves form factors.
+    Emissivity,
+    /// All that its light or heat takes.
+    Material,
 }
 
 impl SceneSurface {
@@ -170,8 +186,7 @@ impl SceneSurface {
             colours: Vec::new(),
             emissivity: None,
             is_obstruction: false,
-            has_material: false,
-            lacks_temperature: false,
+            known: Known::Nothing,
             back_of: None,
             places: Vec::new(),
         }
@@ -303,7 +318,7 @@ impl SceneFile {
     /// A remark on surfaces of whose material nothing is said, which are black.
     #[must_use]
     pub fn without_material(&self) -> Option<String> {
-        let names = self.listed(&|own| !own.has_material)?;
+        let names = self.listed(&|own| own.known == Known::Nothing)?;
         Some(format!(
             "nothing is said of the material of {names}: black, and dark or at 0 K"
         ))
@@ -312,7 +327,7 @@ impl SceneFile {
     /// What is missing for heat: surfaces of which an emissivity is given have neither a temperature nor a net flux.
     #[must_use]
     pub fn without_temperature(&self) -> Option<String> {
-        let names = self.listed(&|own| own.lacks_temperature)?;
+        let names = self.listed(&|own| own.known == Known::Emissivity)?;
         Some(format!(
             "an emissivity is given of {names}, and no `temperature` or `net_flux`"
         ))

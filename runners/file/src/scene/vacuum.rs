@@ -4,8 +4,8 @@ use fredholm::scene::Vacuum;
 use fredholm_scene::Material;
 use toml::de::DeValue;
 
-use super::SceneFile;
 use super::outline::{area_vector, dot};
+use super::{Known, SceneFile};
 use crate::kinds::material::{TEMPERATURE, is_temperature, read_temperature};
 use crate::place::{InputError, Place, Placed, Source};
 use crate::section::{Field, Section, unknown_word};
@@ -184,7 +184,7 @@ pub(super) fn finish(
         return Ok(());
     };
     for surface in &mut scene.surfaces {
-        surface.has_material = true;
+        surface.known = Known::Material;
         surface.material = Material {
             reflectance: 1.0,
             emission: 0.0,

@@ -9,7 +9,7 @@ use std::collections::HashMap;
 
 use fredholm_scene::Material;
 
-use super::{MAX_POLYGONS, SceneFile, SceneSurface, Words, Wrong, lines};
+use super::{Known, MAX_POLYGONS, SceneFile, SceneSurface, Words, Wrong, lines};
 
 /// A line of a surface.
 struct Line<'t> {
@@ -171,7 +171,7 @@ impl<'t> Deck<'_, 't> {
         let surface = if combined == 0 {
             let mut own = SceneSurface::new(name);
             own.material = material;
-            own.has_material = true;
+            own.known = Known::Emissivity;
             own.is_obstruction = key.eq_ignore_ascii_case("O");
             self.scene.surfaces.push(own);
             self.scene.surfaces.len() - 1

@@ -1,8 +1,8 @@
 //! Where walks start, and what is known there.
 
 use fredholm_core::{
-    At, Dependence, Equation, Functional, Goal, Goals, LastStep, Lights as _, NoDraws, Real,
-    Scaled, Sensitivities, StartOf, Uniforms, Value,
+    At, Dependence, Direct, Equation, Functional, Goal, Goals, LastStep, Lights as _, NoDraws,
+    Real, Scaled, Sensitivities, StartOf, Uniforms, Value,
 };
 use fredholm_model::channels::{self, with_sum};
 use fredholm_model::heat::{Asked, RadiativeExchange as _, asked, certain};
@@ -59,8 +59,12 @@ impl RoomModel {
         };
         // Plain walks for u may end where they start.
         let is_alone = request.wanted == Wanted::Derivatives || follow.v.is_none();
-        for region in &regions {
-            add(region.place(), &asked(self, region, is_alone))?;
+        let asked: Vec<Asked> = regions
+            .iter()
+            .map(|region| asked(self, region, is_alone))
+            .collect();
+        for (region, asked) in regions.iter().zip(&asked) {
+            add(region.place(), asked)?;
         }
         // Where irradiance does not follow from u it takes walks of its own.
         for region in &regions {
@@ -93,14 +97,13 @@ impl RoomModel {
                 own.iter().for_each(|on| each(channel, on.knowing(known)));
             }
         };
-        // What is asked for may itself depend on a quantity.
-        let own = regions
+        let direct: Vec<Direct> = regions
             .iter()
-            .flat_map(|region| dependent.of_asked(self, region, &asked(self, region, is_alone)));
-        let own: Vec<[f64; 2]> = own.collect();
-        let [known, shares] = [0, 1].map(|k| own.iter().map(|own| own[k]).collect::<Vec<f64>>());
+            .zip(&asked)
+            .flat_map(|(region, asked)| dependent.direct(self, region, asked))
+            .collect();
         let job = Sensitivities::new(&job, dependent.quantities.len(), &of);
-        then(&job.with_known(&known).with_shares(&shares), &galerkin)
+        then(&job.with_direct(&direct), &galerkin)
     }
 
     /// Where the walks of a goal start.

@@ -153,23 +153,21 @@ impl Cut<'_> {
             }
         };
         let quantities = dependent.as_ref().map_or(0, |own| own.quantities.len());
-        // What beams give to what faces in a direction comes by no state, and what is asked for may itself depend on a quantity.
-        let (mut known, mut shares) = (Vec::new(), Vec::new());
+        let mut direct = Vec::new();
         if let Some(dependent) = &dependent {
             let first = dependent.of_surfaces + usize::from(model.scene.sky().is_some());
             for ((region, asked), origin) in regions.iter().zip(&asked).zip(&origins) {
-                let mut own = dependent.of_asked(model, region, asked);
+                let mut own = dependent.direct(model, region, asked);
+                // What beams give to what faces in a direction comes by no state.
                 if let Origin::Facing(facing) = origin {
                     facing.each_beam(equation.0, &mut |beam, irradiance: F| {
-                        own[first + beam][0] = irradiance.to_f64();
+                        own[first + beam].known = irradiance.to_f64();
                     });
                 }
-                known.extend(own.iter().map(|[known, _]| *known));
-                shares.extend(own.iter().map(|[_, share]| *share));
+                direct.append(&mut own);
             }
         }
-        let with_derivatives = Sensitivities::new(&job, quantities, &of);
-        let with_derivatives = with_derivatives.with_known(&known).with_shares(&shares);
+        let with_derivatives = Sensitivities::new(&job, quantities, &of).with_direct(&direct);
         let job: &dyn Job = match dependent {
             Some(_) => &with_derivatives,
             None => &job,
