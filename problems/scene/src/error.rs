@@ -47,6 +47,10 @@ pub enum SceneError {
         /// The number of the beam.
         beam: usize,
     },
+    /// A specular reflectance is none of [0, 1), or more than the reflectance leaves.
+    Specular(Place),
+    /// Light from one place or direction in a scene with mirrors: no walk finds it in them.
+    MirroredBeam,
     /// A polygon is thinner than four times the scene's smallest distance.
     Degenerate(Place),
     /// The vertices of a quadrilateral do not lie in a plane.
@@ -204,6 +208,13 @@ impl fmt::Display for SceneError {
                 f,
                 "beam {beam}: its numbers must be finite, its strength must not be negative, and a direction must have a length"
             ),
+            Self::Specular(place) => write!(
+                f,
+                "{place}: a specular reflectance must be at least 0 and below 1, and with the reflectance, or the emissivity, at most 1"
+            ),
+            Self::MirroredBeam => f.write_str(
+                "the sun and lamps at points are seen in mirrors, where no walk finds them: leave them out, or `specular`; surfaces and a sky may shine",
+            ),
             Self::Point { face } => write!(f, "the position is not on face {face}"),
             Self::Direction => {
                 f.write_str("a direction must have finite coordinates, one of which is not 0")
@@ -227,7 +238,7 @@ impl fmt::Display for SceneError {
             ),
             Self::Reflectance(place) => write!(
                 f,
-                "{place}: the reflectance must be from 0 to 1 (an emissivity above 0 and at most 1)"
+                "{place}: the reflectance must be from 0 to 1 (an emissivity above 0 and, with a specular reflectance, at most 1)"
             ),
             Self::Emission(place) => write!(
                 f,

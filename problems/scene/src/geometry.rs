@@ -117,6 +117,8 @@ pub struct Geometry<'a, F> {
     triangles: &'a [Triangle<F>],
     nodes: &'a [Node<F>],
     open: bool,
+    /// ρ_s of every face; none if all are 0.
+    specular: &'a [F],
 }
 
 impl<'a, F: Real> Geometry<'a, F> {
@@ -166,7 +168,26 @@ impl<'a, F: Real> Geometry<'a, F> {
             triangles,
             nodes,
             open,
+            specular: &[],
         }
+    }
+
+    /// These faces, of which each reflects a part of what arrives as a mirror does.
+    pub(crate) const fn with_specular(self, specular: &'a [F]) -> Self {
+        Self { specular, ..self }
+    }
+
+    /// Whether some face is a mirror in part.
+    #[inline(always)]
+    pub(crate) const fn has_mirrors(&self) -> bool {
+        !self.specular.is_empty()
+    }
+
+    /// ρ_s, the part of what arrives at a face that leaves as from a mirror.
+    #[inline]
+    pub(crate) fn specular(&self, face: u32) -> F {
+        let own = self.specular.get(face as usize);
+        own.copied().unwrap_or(zero())
     }
 
     /// The faces.

@@ -207,6 +207,8 @@ where
     }
 
     fn is_preserved(&self) -> bool {
-        self.faces.len() == self.geometry.faces().len() && !self.geometry.is_open()
+        // With mirrors it has the density 1 − ρ_s.
+        let is_even = !self.geometry.is_open() && !self.geometry.has_mirrors();
+        self.faces.len() == self.geometry.faces().len() && is_even
     }
 }

@@ -92,7 +92,10 @@ impl<F: Real> Cells<F> {
         if !(wanted <= MOST as f64) {
             return Err(SceneError::Cells);
         }
-        all.lights = lights(scene.faces());
+        // In mirrors lights are seen that no last step leads to.
+        if !scene.has_mirrors() {
+            all.lights = lights(scene.faces());
+        }
         let mut rest: Vec<f64> = scene.faces().iter().map(|face| face.emission).collect();
         for &light in &all.lights {
             if let Some(emission) = rest.get_mut(light as usize) {

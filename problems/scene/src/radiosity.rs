@@ -42,8 +42,10 @@ impl<F> Point<F> {
 /// where V is 1 if x and y see each other. Walks step to what a ray of a cosine-distributed direction meets:
 /// p = cos θ_x cos θ_y V/(π |x − y|²) and k = ρ(x), so that a walk's only work is its rays.
 ///
+/// Where faces are mirrors in part a ray goes on from them: see `Scene::with_specular`.
+///
 /// μ is the area. A step draws two numbers, which the area-preserving map of the square to the disc (Shirley and Chiu 1997)
-/// takes to a direction. Light has one channel, or several: see [`Coloured`](crate::Coloured).
+/// takes to a direction, and one more at every mirror. Light has one channel, or several: see [`Coloured`](crate::Coloured).
 ///
 /// ```
 /// use fredholm_core::{Chain, Uniforms};
@@ -251,6 +253,39 @@ impl<'a, F: Real, C> Radiosity<'a, F, C> {
         hit.map(Point::of)
     }
 
+    /// Where a ray ends that met something: there, or, if it goes on as from a mirror, at what it meets further on.
+    #[inline(always)]
+    pub fn mirrored<U: Uniforms<F>>(
+        &self,
+        met: Option<Point<F>>,
+        direction: Vector<F>,
+        uniforms: &mut U,
+    ) -> Option<Point<F>> {
+        match self.geometry.has_mirrors() {
+            true => self.followed(met?, direction, uniforms),
+            false => met,
+        }
+    }
+
+    #[inline(never)]
+    fn followed<U: Uniforms<F>>(
+        &self,
+        mut at: Point<F>,
+        mut direction: Vector<F>,
+        uniforms: &mut U,
+    ) -> Option<Point<F>> {
+        loop {
+            let specular = self.geometry.specular(at.face);
+            if specular == zero() || uniforms.uniform() >= specular {
+                return Some(at);
+            }
+            let normal = self.face(&at)?.normal;
+            let into = dot(direction, normal);
+            direction = along(direction, -(into + into), normal);
+            at = self.meets(&at, direction)?;
+        }
+    }
+
     /// What a ray meets: a point of a face, or of the sky. A back is black.
     #[inline]
     pub(crate) fn met(
@@ -364,17 +399,17 @@ impl<F: Real, C> Chain for Radiosity<'_, F, C> {
         let numbers = [uniforms.uniform(), uniforms.uniform()];
         let side = self.tables.sides.get(x.face as usize)?;
         let direction = Self::direction(side.tangents, self.face(x)?.normal, numbers);
-        self.meets(x, direction)
+        self.mirrored(self.meets(x, direction), direction, uniforms)
     }
 }
 
 impl<F: Real, C> Density for Radiosity<'_, F, C> {
-    /// The transition density, with respect to areas on faces and to solid angles in the sky.
+    /// The transition density, with respect to areas on faces and to solid angles in the sky; NaN where there are mirrors.
     fn density(&self, x: &Point<F>, y: &Point<F>) -> F {
         if x.face == SKY {
             return zero();
         }
-        let Some(from) = self.face(x) else {
+        let Some(from) = self.face(x).filter(|_| !self.geometry.has_mirrors()) else {
             return F::NAN;
         };
         let (direction, fall) = match self.face(y) {

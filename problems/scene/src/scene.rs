@@ -70,6 +70,8 @@ pub struct Scene {
     enclosure: Enclosure,
     beams: Vec<Beam<f64>>,
     sky: Option<SkyLight>,
+    /// ρ_s of every face; none if all are 0.
+    pub(crate) specular: Vec<f64>,
     /// The scene's smallest distance.
     pub(crate) smallest: f64,
     precision: Precision,
@@ -128,6 +130,9 @@ impl Scale {
         COMPUTED * self.epsilon * self.width + 2.0 * self.precision.distance
     }
 }
+
+/// What shares that sum up to 1 are off by.
+const ROUNDING: f64 = 1e-12;
 
 /// The part of the scene's smallest distance by which rounding may move a vertex: where coordinates are larger the scene is moved.
 const MOVED: f64 = 0.0625;
@@ -309,6 +314,7 @@ impl Scene {
             enclosure,
             beams: Vec::new(),
             sky: None,
+            specular: Vec::new(),
             smallest,
             precision: scale.precision,
             flat: scale.flat(),
@@ -459,8 +465,82 @@ impl Scene {
         let is_wrong = |beam: &Beam<f64>| beam.rounded::<f64>().is_none();
         match beams.iter().position(is_wrong) {
             Some(beam) => Err(SceneError::Beam { beam }),
+            None if !beams.is_empty() && self.has_mirrors() => Err(SceneError::MirroredBeam),
             None => Ok(Self { beams, ..self }),
         }
+    }
+
+    /// The scene whose surfaces reflect a part ρ_s of what arrives as mirrors do, besides what they reflect diffusely.
+    ///
+    /// What leaves them diffusely is (1 − ρ_s) û, where û solves
+    ///
+    /// ```text
+    /// û(x) = ρ/(1 − ρ_s) ∫ p(x, y) û(y) dA(y) + F/(1 − ρ_s),
+    /// ```
+    ///
+    /// and p is the density of where a ray from x ends that goes on from each face with the probability ρ_s: so faces have ρ/(1 − ρ_s) and
+    /// F/(1 − ρ_s) from here on, and the irradiance of x is H = ∫ p û. For a surface of ε + ρ + ρ_s = 1 at the temperature T this is
+    /// ε/(1 − ρ_s) σT⁴.
+    ///
+    /// # Errors
+    /// [`SceneError::Length`]: not one number for every surface; [`SceneError::Specular`]; [`SceneError::MirroredBeam`];
+    /// [`SceneError::NothingAbsorbs`].
+    ///
+    /// ```
+    /// use fredholm_scene::{Enclosure, Scene, SceneError, shapes};
+    ///
+    /// let room = shapes::room([0.0; 3], [1.0; 3]);
+    /// let scene = Scene::new::<f64>(&room.surfaces(), Enclosure::Closed)?;
+    /// // Half of what arrives at the floor, which is black otherwise, is mirrored.
+    /// let mirrored = scene.clone().with_specular(&[0.5, 0.0, 0.0, 0.0, 0.0, 0.0])?;
+    /// assert_eq!([mirrored.specular(0), mirrored.specular(1)], [0.5, 0.0]);
+    /// assert!(matches!(scene.with_specular(&[1.0; 6]), Err(SceneError::Specular(_))));
+    /// # Ok::<(), SceneError>(())
+    /// ```
+    pub fn with_specular(mut self, specular: &[f64]) -> Result<Self, SceneError> {
+        let (expected, found) = (self.surfaces(), specular.len());
+        if expected != found {
+            return Err(SceneError::Length { expected, found });
+        }
+        if specular.iter().all(|&r| r == 0.0) {
+            return Ok(self);
+        }
+        let mut all = Vec::with_capacity(self.faces.len());
+        for (surface, &r) in specular.iter().enumerate() {
+            let own = self.faces_of(surface)?;
+            for face in self.faces.get_mut(own).unwrap_or_default() {
+                let rest = 1.0 - r;
+                // Sums of three shares may be above 1 by rounding. Written so that NaN fails.
+                if !(r >= 0.0 && r < 1.0 && face.reflectance <= rest + ROUNDING) {
+                    let polygon = 0;
+                    return Err(SceneError::Specular(Place { surface, polygon }));
+                }
+                face.reflectance = f64::min(face.reflectance / rest, 1.0);
+                face.emission /= rest;
+                all.push(r);
+            }
+        }
+        if !self.beams.is_empty() {
+            return Err(SceneError::MirroredBeam);
+        }
+        let is_closed = self.enclosure == Enclosure::Closed;
+        if is_closed && self.faces.iter().all(|face| face.reflectance >= 1.0) {
+            return Err(SceneError::NothingAbsorbs);
+        }
+        self.specular = all;
+        Ok(self)
+    }
+
+    /// ρ_s of a face, the part of what arrives that leaves as from a mirror.
+    #[must_use]
+    pub fn specular(&self, face: usize) -> f64 {
+        self.specular.get(face).copied().unwrap_or(0.0)
+    }
+
+    /// Whether some surface is a mirror in part.
+    #[must_use]
+    pub const fn has_mirrors(&self) -> bool {
+        !self.specular.is_empty()
     }
 
     /// The scene with another emission of every face, and no other light.
@@ -528,6 +608,7 @@ impl Scene {
             &self.nodes,
             self.enclosure == Enclosure::Open,
         )
+        .with_specular(&self.specular)
     }
 
     pub(crate) fn place_of(&self, face: u32) -> Place {

@@ -62,7 +62,8 @@ impl<F: Real> Sources<F> {
                 return None;
             }
             if face.emission > 0.0 {
-                sum += face.emission * face.area;
+                // A mirror sends out (1 − ρ_s) F of what it has here.
+                sum += face.emission * face.area * (1.0 - scene.specular(number as usize));
                 all.origins.push(Origin::Face(number));
                 all.ends.push(F::from_f64(sum));
             }

@@ -58,6 +58,7 @@ impl<F: Real, C: Tint<F>> Functional<LastStep<'_, Radiosity<'_, F, C>>> for Air<
     ) -> StartOf<Radiosity<'_, F, C>> {
         let direction = anywhere([uniforms.uniform(), uniforms.uniform()]);
         let seen = equation.0.seen(self.position, direction);
+        let seen = equation.0.mirrored(seen, direction, uniforms);
         equation.0.start_at(seen, one())
     }
 }
@@ -174,6 +175,7 @@ impl<F: Real, C: Tint<F>> Functional<LastStep<'_, Radiosity<'_, F, C>>> for Faci
         let numbers = [uniforms.uniform(), uniforms.uniform()];
         let direction = Radiosity::<F>::direction(self.tangents, self.normal, numbers);
         let seen = radiosity.seen(self.position, direction);
+        let seen = radiosity.mirrored(seen, direction, uniforms);
         Start {
             known,
             ..radiosity.start_at(seen, one())

@@ -15,6 +15,7 @@ pub struct Tables<F> {
     triangles: Vec<Triangle<F>>,
     nodes: Vec<Node<F>>,
     open: bool,
+    specular: Vec<F>,
 }
 
 impl<F: Real> Tables<F> {
@@ -51,6 +52,7 @@ impl<F: Real> Tables<F> {
             triangles: scene.triangles.iter().map(triangle).collect(),
             nodes: scene.nodes.iter().map(node).collect(),
             open: scene.enclosure() == Enclosure::Open,
+            specular: scene.specular.iter().map(|&r| to(r)).collect(),
         }
     }
 
@@ -58,5 +60,6 @@ impl<F: Real> Tables<F> {
     #[must_use]
     pub fn geometry(&self) -> Geometry<'_, F> {
         Geometry::made(&self.faces, &self.triangles, &self.nodes, self.open)
+            .with_specular(&self.specular)
     }
 }

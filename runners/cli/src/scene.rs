@@ -99,6 +99,16 @@ pub(crate) fn factors(
         Some(seconds) => Some(Instant::now() + solve::time_limit(seconds)?),
         None => None,
     };
+    if let Some(names) = file.mirrors() {
+        if args.grey {
+            return Err(Failure::input(format_args!(
+                "`--grey` is of surfaces that reflect diffusely, and mirrors are {names}: leave out `specular`"
+            )));
+        }
+        say(format_args!(
+            "note: form factors are of what arrives straight: what {names} mirror is no part of them"
+        ));
+    }
     let scene = file.geometry()?;
     tell(&file, &scene);
     let sky = match &file.sky {

@@ -61,7 +61,8 @@ impl ChannelNames {
     }
 
     /// The bands of heat, if the channels are such.
-    pub(crate) const fn bands(&self) -> Option<&Bands> {
+    #[must_use]
+    pub const fn bands(&self) -> Option<&Bands> {
         self.bands.as_ref()
     }
 

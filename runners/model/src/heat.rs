@@ -66,8 +66,8 @@ pub(crate) const ARRIVES: Material = Material::flux(0.0);
 /// use fredholm_model::heat::Element;
 /// use fredholm_room::Material;
 ///
-/// let heater = Element { surface: 3, part: 0, material: Material::flux(20.0), emissivity: Some(0.9), size: 1.5 };
-/// assert_eq!(heater.size * heater.material.emission, 30.0);
+/// let heater = Element { surface: 3, part: 0, material: Material::flux(20.0), emissivity: Some(0.9), share: 1.0, size: 1.5 };
+/// assert_eq!(heater.flux(), 30.0);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Element {
@@ -75,18 +75,33 @@ pub struct Element {
     pub surface: usize,
     /// The number of the part of the surface that has one material.
     pub part: usize,
-    /// The material.
+    /// The material: of a mirror in part what it is over the share below.
     pub material: Material,
-    /// The emissivity, if the net flux is given and it is known.
+    /// The emissivity, if the net flux is given and it is known; of a mirror in part over the share below, too.
     pub emissivity: Option<f64>,
+    /// 1 − ρ_s, the share of what arrives that is not reflected as by a mirror.
+    pub share: f64,
     /// The length or the area.
     pub size: f64,
+}
+
+impl Element {
+    /// The net flux out of all of it where that is given.
+    #[must_use]
+    pub fn flux(&self) -> f64 {
+        self.size * self.share * self.material.emission
+    }
 }
 
 /// What all of some things have in common.
 fn common<T: PartialEq>(mut all: impl Iterator<Item = T>) -> Option<T> {
     let first = all.next()?;
     all.all(|other| other == first).then_some(first)
+}
+
+/// The share 1 − ρ_s that a region has in common; NaN if it has none.
+fn share_of(surfaces: &(impl RadiativeExchange + ?Sized), region: &Region) -> f64 {
+    common(surfaces.elements(region).iter().map(|own| own.share)).unwrap_or(f64::NAN)
 }
 
 /// 1/ε − 1 of walls or faces from which the net flux is given, if ε is known and the same.
@@ -186,6 +201,16 @@ impl Asked {
         factor: 1.0,
         constant: 0.0,
     };
+
+    /// So many times this.
+    #[must_use]
+    pub fn times(self, share: f64) -> Self {
+        Self {
+            factor: share * self.factor,
+            constant: share * self.constant,
+            ..self
+        }
+    }
 
     /// How walks tell a quantity where there is one material, or several (`None`). `through` is the material by which the irradiance follows
     /// from u, H = (u − F)/ρ, if it shall.
@@ -393,7 +418,7 @@ pub trait RadiativeExchange {
                 net_flux: if is_given {
                     Some(Estimate {
                         estimate: self.carried().flux_scale()
-                            * (own.iter().map(|own| own.size * own.material.emission)).sum::<f64>(),
+                            * own.iter().map(Element::flux).sum::<f64>(),
                         std_error: Some(0.0),
                         std_dev: Some(0.0),
                     })
@@ -477,6 +502,7 @@ pub trait RadiativeExchange {
         size: f64,
     ) -> Option<Estimate> {
         let own = self.material(region)?.net_flux_of(irradiance?);
+        let size = size * share_of(self, region);
         Some(own.derived(size * own.estimate, |x| size * x))
     }
 }
@@ -495,6 +521,7 @@ pub fn asked(surfaces: &dyn RadiativeExchange, region: &Region, is_alone: bool) 
     let through = surfaces.through_radiosity(place).filter(|_| !is_alone);
     let asked = Asked::new(quantity, surfaces.material(place), through);
     match quantity {
+        GlobalQuantity::NetFlux => asked.times(share_of(surfaces, place)),
         GlobalQuantity::Transmission => {
             let [given, _] = inlet(surfaces).unwrap_or_default();
             let size: f64 = surfaces.elements(place).iter().map(|own| own.size).sum();
@@ -516,7 +543,7 @@ fn inlet(surfaces: &(impl RadiativeExchange + ?Sized)) -> Option<[f64; 2]> {
         return None;
     };
     let own = surfaces.elements(&Region::Part(inlet));
-    let given = own.iter().map(|own| own.size * own.material.emission).sum();
+    let given = own.iter().map(Element::flux).sum();
     let size = own.iter().map(|own| own.size).sum();
     Some([given, size])
 }
@@ -534,7 +561,11 @@ pub fn check_asked(
     let is_flux = quantity == GlobalQuantity::NetFlux;
     let is_transmission = quantity == GlobalQuantity::Transmission;
     let is_black = |own: Material| own.reflectance == 0.0;
+    let is_mirror = || surfaces.elements(place).iter().any(|own| own.share != 1.0);
     let message = match quantity {
+        GlobalQuantity::U if is_mirror() => {
+            "what leaves a mirror depends on the direction: `ask = \"irradiance\"`, or of heat \"net_flux\" or \"temperature\""
+        }
         GlobalQuantity::U => return Ok(()),
         _ if place.asked().0 != GlobalQuantity::U => "one quantity is asked for at a time",
         GlobalQuantity::Temperature => match no_temperature(surfaces, place, has_channels) {
@@ -629,9 +660,9 @@ fn heat_of_asked(
             };
         }
         (GlobalQuantity::NetFlux, Some(own)) if own.reflectance < 1.0 => {
-            let absorbed = 1.0 - own.reflectance;
-            let arriving = (own.emission - found.estimate) / absorbed;
-            found.derived(arriving, |error| error / absorbed)
+            let (absorbed, share) = (1.0 - own.reflectance, share_of(surfaces, place));
+            let arriving = (own.emission - found.estimate / share) / absorbed;
+            found.derived(arriving, |error| error / (share * absorbed))
         }
         (GlobalQuantity::NetFlux, _) => {
             return Heat {

@@ -87,6 +87,14 @@ impl Slopes {
         }
     }
 
+    /// Those by so many times the quantity.
+    fn over(self, times: f64) -> Self {
+        Self {
+            emission: self.emission / times,
+            reflectance: self.reflectance / times,
+        }
+    }
+
     /// What a point of the material has to do with the quantity: u = F + ρ H changes by ∂F/∂λ + (∂ρ/∂λ) H.
     fn dependence(self, material: &Material, quantity: usize) -> Dependence {
         let of_reflectance = match self.reflectance {
@@ -117,24 +125,29 @@ struct InBand {
     slope: f64,
 }
 
-/// The quantities of a wall or a face in one channel or a band. `speed` is what all of its surface would pump if it took every molecule, where
+/// The quantities of a wall or a face in one channel or a band, of which this part is no mirror. `speed` is what all of its surface would pump if it took every molecule, where
 /// molecules are carried.
-fn of_element(material: &Material, carried: Carried, speed: f64, band: Option<InBand>) -> Vec<Own> {
+fn of_element(
+    (material, part): (&Material, f64),
+    carried: Carried,
+    speed: f64,
+    band: Option<InBand>,
+) -> Vec<Own> {
     let (reflectance, emission) = (material.reflectance, material.emission);
     let emissivity = 1.0 - reflectance;
     let share = |word, value, slopes| Own {
         word,
-        value,
+        value: part * value,
         unit: None,
         range: SHARE,
-        slopes,
+        slopes: Slopes::over(slopes, part),
     };
     let number = |word, unit| Own {
         word,
-        value: emission,
+        value: part * emission,
         unit,
         range: ANY,
-        slopes: Slopes::of_emission(1.0),
+        slopes: Slopes::of_emission(1.0 / part),
     };
     let of_reflectance = |reflectance| Slopes {
         emission: 0.0,
@@ -157,7 +170,7 @@ fn of_element(material: &Material, carried: Carried, speed: f64, band: Option<In
                 slopes: Slopes::of_emission(1.0 / speed),
             };
             return vec![
-                share("sticking", 1.0 - reflectance, of_reflectance(-1.0)),
+                share("sticking", emissivity, of_reflectance(-1.0)),
                 outgassing,
             ];
         }
@@ -252,7 +265,7 @@ impl SurfaceQuantities {
                     }
                     let material = material.unwrap_or(&element.material);
                     let mut part = OfPart::default();
-                    for own in of_element(material, carried, speed, band) {
+                    for own in of_element((material, element.share), carried, speed, band) {
                         let quantity = Quantity {
                             name: format!("{name} {}", own.word),
                             value: Some(own.value),
@@ -304,18 +317,20 @@ impl SurfaceQuantities {
             return all;
         };
         let elements = surfaces.elements(place);
-        let part = elements
-            .first()
-            .and_then(|own| self.part(0, own.surface, own.part));
-        let Some(part) = part else { return all };
+        let Some(own) = elements.first() else {
+            return all;
+        };
+        let Some(part) = self.part(0, own.surface, own.part) else {
+            return all;
+        };
         for (on, slopes) in part.dependences.iter().zip(&part.slopes) {
             // Where no factor is left nothing of H is asked for.
             let share = match asked.factor {
                 0.0 => 0.0,
-                factor => slopes.reflectance / factor,
+                factor => own.share * slopes.reflectance / factor,
             };
             all[on.quantity] = Direct {
-                known: slopes.emission - share * asked.constant,
+                known: own.share * slopes.emission - share * asked.constant,
                 share,
             };
         }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use fredholm::room::Material;
 use fredholm::scene::{FaceValues, Scene};
 use fredholm_factors::{Factors, FactorsError, Sights};
-use fredholm_file::scene::{ArraySurface, Known, SceneArrays, SceneFile};
+use fredholm_file::scene::{ArraySurface, Known, SceneArrays, SceneFile, less_specular};
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use rayon::prelude::*;
@@ -19,8 +19,9 @@ pub(crate) struct Mesh {
     arrays: SceneArrays,
 }
 
-/// Name, whether it is seen from both sides, and reflectance, emission, emissivity, temperature and net flux, NaN where one is not given.
-type GivenSurface = (String, bool, [f64; 5]);
+/// Name, whether it is seen from both sides, and reflectance, emission, emissivity, temperature, net flux and specular
+/// reflectance, NaN where one is not given.
+type GivenSurface = (String, bool, [f64; 6]);
 
 /// The numbers of an array that count or number something.
 fn counts(array: &PyReadonlyArray1<'_, i64>) -> Vec<usize> {
@@ -48,7 +49,7 @@ impl Mesh {
             let at = |k: usize| row.get(k).copied().unwrap_or(f64::NAN);
             [at(0), at(1), at(2)]
         });
-        let is_heat = |own: &GivenSurface| own.2[2..].iter().any(|number| !number.is_nan());
+        let is_heat = |own: &GivenSurface| own.2[2..5].iter().any(|number| !number.is_nan());
         let arrays = SceneArrays {
             vertices: vertices.collect(),
             corners: counts(&corners),
@@ -73,11 +74,24 @@ impl Mesh {
 }
 
 fn surface((name, two_sided, numbers): GivenSurface) -> ArraySurface {
-    let [reflectance, emission, emissivity, temperature, net_flux] =
-        numbers.map(|number| Some(number).filter(|number| !number.is_nan()));
+    let [
+        reflectance,
+        emission,
+        emissivity,
+        temperature,
+        net_flux,
+        specular,
+    ] = numbers.map(|number| Some(number).filter(|number| !number.is_nan()));
+    let specular = specular.unwrap_or(0.0);
     let material = match (net_flux, emissivity.or(temperature)) {
-        (Some(net_flux), _) => Material::flux(net_flux),
-        (None, Some(_)) => Material::grey(emissivity.unwrap_or(1.0), temperature.unwrap_or(0.0)),
+        (Some(net_flux), _) => less_specular(Material::flux(net_flux), specular),
+        (None, Some(_)) => {
+            let emissivity = emissivity.unwrap_or(1.0 - specular);
+            less_specular(
+                Material::grey(emissivity, temperature.unwrap_or(0.0)),
+                specular,
+            )
+        }
         (None, None) => Material {
             reflectance: reflectance.unwrap_or(0.0),
             emission: emission.unwrap_or(0.0),
@@ -91,6 +105,7 @@ fn surface((name, two_sided, numbers): GivenSurface) -> ArraySurface {
         name,
         material,
         emissivity: emissivity.filter(|_| net_flux.is_some()),
+        specular,
         known,
         two_sided,
     }

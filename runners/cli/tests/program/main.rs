@@ -21,6 +21,7 @@ mod hostile;
 mod interruption;
 mod joint;
 mod manual;
+mod mirrors;
 mod parts;
 mod photometry;
 mod practice;

@@ -122,7 +122,13 @@ fn derivatives_of_net_fluxes_are_those_of_differences() {
         ("floor emissivity", "emissivity = 0.6", 0.01),
         ("rest emissivity", "emissivity = 0.5", 0.01),
     ];
-    for (problem, moves) in [(&*room, &moves[..]), (cube, &in_space[..])] {
+    let mirrored = cube.replace("emissivity = 0.6\n", "emissivity = 0.6\nspecular = 0.3\n");
+    let cases = [
+        (&*room, &moves[..]),
+        (cube, &in_space),
+        (&mirrored, &in_space),
+    ];
+    for (problem, moves) in cases {
         let options = ["--json", "--sensitivities"];
         let found = derivatives(&folder.solve(problem, &options).quietly(0).json());
         for &moved in moves {

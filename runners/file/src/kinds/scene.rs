@@ -330,6 +330,7 @@ impl Kind for Scene {
                     &surface.name,
                     &surface.polygons,
                     surface.material,
+                    surface.specular,
                     surface.emissivity,
                     &surface.colours,
                 )

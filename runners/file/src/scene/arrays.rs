@@ -14,6 +14,8 @@ pub struct ArraySurface {
     pub material: Material,
     /// The emissivity, if the net flux is given and this is known.
     pub emissivity: Option<f64>,
+    /// ρ_s, the part of what arrives that leaves as from a mirror.
+    pub specular: f64,
     /// What is said of the material.
     pub known: Known,
     /// Whether it is seen from both sides: its backs are another surface, "name (back)".
@@ -27,7 +29,7 @@ pub struct ArraySurface {
 /// use fredholm_scene::Material;
 ///
 /// let material = Material { reflectance: 0.5, emission: 1.0 };
-/// let plate = ArraySurface { name: "plate".to_owned(), material, emissivity: None, known: Known::Material, two_sided: true };
+/// let plate = ArraySurface { name: "plate".to_owned(), material, emissivity: None, specular: 0.0, known: Known::Material, two_sided: true };
 /// let arrays = SceneArrays {
 ///     vertices: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
 ///     corners: vec![0, 1, 2],
@@ -73,6 +75,7 @@ impl SceneFile {
             self.surfaces.push(SceneSurface {
                 material: own.material,
                 emissivity: own.emissivity,
+                specular: own.specular,
                 known: own.known,
                 ..SceneSurface::new(own.name.clone())
             });

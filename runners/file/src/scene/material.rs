@@ -13,6 +13,17 @@ use crate::kinds::material::{
 use crate::place::InputError;
 use crate::section::{Field, Section};
 
+/// What a specular reflectance is.
+const SPECULAR: &str = "a specular reflectance must be at least 0 and below 1";
+/// What is said of shares that are more than all.
+const TOO_MUCH: &str = "what is reflected as by a mirror and what is reflected diffusely, or absorbed, is more than all: \
+     `specular` and `reflectance`, or `emissivity`, must not be above 1 together";
+/// Why bands have no mirrors.
+const MIRROR_IN_BANDS: &str =
+    "mirrors are of light, or of heat in one band: leave `specular` out, or `wavelengths`";
+/// What shares that sum up to 1 are off by.
+const ROUNDING: f64 = 1e-12;
+
 /// What a surface does with light.
 pub(super) struct Given {
     material: Material,
@@ -20,9 +31,31 @@ pub(super) struct Given {
     colours: Vec<Material>,
     /// The emissivity of a surface from which the net flux is given, if it is known.
     emissivity: Option<f64>,
+    /// ρ_s, the part of what arrives that leaves as from a mirror.
+    specular: f64,
     known: Known,
     /// Whether u is in W/m².
     pub(super) is_heat: bool,
+}
+
+/// A material that reflects all that it does not absorb, of which this part leaves as from a mirror.
+///
+/// ```
+/// use fredholm_file::scene::less_specular;
+/// use fredholm_scene::Material;
+///
+/// // ε = 0.5 and ρ_s = 0.25.
+/// let plate = less_specular(Material::grey(0.5, 300.0), 0.25);
+/// assert_eq!(plate.reflectance, 0.25);
+/// ```
+#[must_use]
+pub fn less_specular(material: Material, specular: f64) -> Material {
+    let rest = material.reflectance - specular;
+    Material {
+        // Shares may be off by rounding; a scene refuses what is more than all.
+        reflectance: if rest.abs() < ROUNDING { 0.0 } else { rest },
+        ..material
+    }
 }
 
 impl SceneSurface {
@@ -31,6 +64,7 @@ impl SceneSurface {
         self.material = given.material;
         self.colours.clone_from(&given.colours);
         self.emissivity = given.emissivity;
+        self.specular = given.specular;
     }
 }
 
@@ -72,9 +106,14 @@ impl Reader<'_> {
     ) -> Result<Option<Given>, InputError> {
         let fields = MaterialFields::of(section);
         fields.check()?;
-        if self.scene.bands.is_some() {
-            fields.check_bands()?;
-        }
+        let mirror = section.optional("specular");
+        let specular = number(&mirror, &|r| (0.0..1.0).contains(&r), SPECULAR)?.unwrap_or(0.0);
+        // What is left to reflectance and emissivity.
+        let rest = 1.0 - specular;
+        let refuse_more = |share: f64| match &mirror {
+            Some(mirror) if share > rest + ROUNDING => Err(mirror.error(TOO_MUCH)),
+            _ => Ok(()),
+        };
         let (is_light, is_grey) = (fields.light().is_some(), fields.heat().is_some());
         let is_warm = fields.temperature.is_some() || fields.net_flux.is_some();
         let known = match is_grey && !is_warm {
@@ -88,34 +127,35 @@ impl Reader<'_> {
             temperature,
             net_flux,
         } = fields;
+        let given = |material, colours, is_heat| Given {
+            material,
+            colours,
+            emissivity: None,
+            specular,
+            known,
+            is_heat,
+        };
         if self.scene.bands.is_some() {
+            if let Some(mirror) = &mirror {
+                return Err(mirror.unsuited(MIRROR_IN_BANDS));
+            }
             let colours = self.in_bands(emissivity.as_ref(), temperature.as_ref())?;
-            return Ok(is_grey.then(|| Given {
-                material: largest(&colours),
-                colours,
-                emissivity: None,
-                known,
-                is_heat: false,
-            }));
+            return Ok(is_grey.then(|| given(largest(&colours), colours, false)));
         }
         let emissivity = number(&emissivity, &is_emissivity, EMISSIVITY)?;
+        refuse_more(emissivity.unwrap_or(0.0))?;
         if let Some(flux) = number(&net_flux, &f64::is_finite, "a net flux must be finite")? {
+            let material = less_specular(Material::flux(flux), specular);
             return Ok(Some(Given {
-                material: Material::flux(flux),
-                colours: Vec::new(),
                 emissivity,
-                known,
-                is_heat: true,
+                ..given(material, Vec::new(), true)
             }));
         }
         if is_grey {
-            return Ok(Some(Given {
-                material: Material::grey(emissivity.unwrap_or(1.0), kelvin(temperature.as_ref())?),
-                colours: Vec::new(),
-                emissivity: None,
-                known,
-                is_heat: true,
-            }));
+            let emissivity = emissivity.unwrap_or(rest);
+            let grey = Material::grey(emissivity, kelvin(temperature.as_ref())?);
+            let material = less_specular(grey, specular);
+            return Ok(Some(given(material, Vec::new(), true)));
         }
         let reflectances = self.of_channels(
             reflectance.as_ref(),
@@ -135,13 +175,10 @@ impl Reader<'_> {
             })
             .collect();
         let material = largest(&colours);
-        Ok(is_light.then(|| Given {
-            material,
-            colours: if count > 1 { colours } else { Vec::new() },
-            emissivity: None,
-            known,
-            is_heat: false,
-        }))
+        refuse_more(material.reflectance)?;
+        let colours = if count > 1 { colours } else { Vec::new() };
+        let is_said = is_light || mirror.is_some();
+        Ok(is_said.then(|| given(material, colours, false)))
     }
 
     /// The material in every band: ε and, of the heat of its temperature, ε times the part in the band.

@@ -34,6 +34,7 @@ use fredholm_scene::{Beam, Enclosure, Material, Polygon, Scene, SceneError, Surf
 pub use arrays::{ArraySurface, SceneArrays};
 pub(crate) use description::of_problem;
 pub use description::{is_description, metres, parse_description};
+pub use material::less_specular;
 pub use sky::SkyBands;
 
 /// Why there are no bands of light from outside.
@@ -148,6 +149,8 @@ pub struct SceneSurface {
     pub colours: Vec<Material>,
     /// The emissivity, if the net flux is given and this is known.
     pub emissivity: Option<f64>,
+    /// ρ_s, the part of what arrives that leaves as from a mirror.
+    pub specular: f64,
     /// Whether it hides others and is not reported: an obstruction of a View3D deck.
     pub is_obstruction: bool,
     /// What is said of its material.
@@ -185,6 +188,7 @@ impl SceneSurface {
             material: Material::BLACK,
             colours: Vec::new(),
             emissivity: None,
+            specular: 0.0,
             is_obstruction: false,
             known: Known::Nothing,
             back_of: None,
@@ -199,7 +203,10 @@ impl SceneFile {
     /// # Errors
     /// What is wrong with it, with file and line, and the names of surfaces.
     pub fn scene<F: fredholm_core::Real>(&self) -> Result<Scene, InputError> {
-        self.scene_of::<F>(|own| own.material)
+        let specular: Vec<f64> = self.surfaces.iter().map(|own| own.specular).collect();
+        let scene = self.scene_of::<F>(|own| own.material)?;
+        let mirrored = scene.with_specular(&specular);
+        mirrored.map_err(|error| self.explain(&error))
     }
 
     /// The scene with black surfaces, for what asks for places alone.
@@ -248,6 +255,7 @@ impl SceneFile {
             SceneError::Coordinate(at)
             | SceneError::Reflectance(at)
             | SceneError::Emission(at)
+            | SceneError::Specular(at)
             | SceneError::Degenerate(at)
             | SceneError::NotConvex(at)
             | SceneError::NotPlanar { at, .. }
@@ -331,6 +339,12 @@ impl SceneFile {
         Some(format!(
             "an emissivity is given of {names}, and no `temperature` or `net_flux`"
         ))
+    }
+
+    /// The names of the surfaces that are mirrors in part, in a sentence.
+    #[must_use]
+    pub fn mirrors(&self) -> Option<String> {
+        self.listed(&|own| own.specular > 0.0)
     }
 
     /// The names of such surfaces in a sentence, if there are any: the first ones, and how many more.

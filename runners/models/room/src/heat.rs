@@ -37,6 +37,7 @@ impl RadiativeExchange for RoomModel {
             let place = self.scene.place(wall)?;
             let geometry = self.scene.geometry();
             Some(Element {
+                share: 1.0,
                 surface: place.surface,
                 part: place.vertex,
                 material: geometry.material(wall),

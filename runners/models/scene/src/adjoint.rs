@@ -99,7 +99,9 @@ impl Adjoint {
             let area: f64 = own().map(|(_, face)| face.area).sum();
             for (number, face) in own() {
                 let density = if is_radiosity { face.reflectance } else { 1.0 };
-                emissions[number * channels + channel] = density / area;
+                // What arrives at a mirror counts in full, and its cells by 1 − ρ_s.
+                let share = 1.0 - scene.specular(number);
+                emissions[number * channels + channel] = density / (share * area);
             }
             let emitted: f64 = own().map(|(_, face)| face.area * face.emission).sum();
             known.push(if is_radiosity { emitted / area } else { 0.0 });

@@ -14,10 +14,10 @@ use crate::system::{SceneSystem, best_rays};
 pub(crate) fn scene<F: Real + Number>(system: &SceneSystem<'_>) -> Result<TableBuilder, Error> {
     let cut = &*system.cut;
     let own = &cut.model.scene;
-    if own.sky().is_some() || !own.beams().is_empty() {
+    if own.sky().is_some() || !own.beams().is_empty() || own.has_mirrors() {
         return Err(Error::Option {
             subject: Subject::Problem,
-            message: "device tables of a scene have the light of its surfaces alone: leave `sky` and `light` out"
+            message: "device tables of a scene have the light of its surfaces alone, and no mirrors: leave `sky`, `light` and `specular` out"
                 .to_owned(),
         });
     }

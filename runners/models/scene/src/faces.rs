@@ -206,15 +206,21 @@ impl SceneModel {
                 let material = faces[number].material();
                 // Plain walks for u may end where they start.
                 let through = (material.reflectance > 0.0 && !request.is_plain).then_some(material);
-                Asked::new(request.quantity, Some(material), through)
+                let asked = Asked::new(request.quantity, Some(material), through);
+                match request.quantity {
+                    GlobalQuantity::Irradiance => asked,
+                    // What leaves a mirror diffusely.
+                    _ => asked.times(1.0 - self.scene.specular(number)),
+                }
             };
             let is_u = request.quantity == GlobalQuantity::U;
             // The value of a face of which nothing is left to walks.
             let known = |number: usize| {
                 let (material, asked) = (faces[number].material(), asked(number));
                 let is_dark = asked.is_arriving && !others && self.is_dark(&[number as u32]);
+                let share = 1.0 - self.scene.specular(number);
                 match is_u {
-                    true => (material.reflectance == 0.0).then_some(material.emission),
+                    true => (material.reflectance == 0.0).then_some(share * material.emission),
                     false => (asked.factor == 0.0 || is_dark).then_some(asked.constant),
                 }
             };

@@ -120,17 +120,21 @@ impl SceneField<'_> {
     /// Adds `share` times a quantity's mean over a cell.
     fn add(&self, quantity: GlobalQuantity, cell: usize, share: f64, out: &mut [f64]) {
         let faces = self.cut.model.scene.faces();
-        let face = &faces[self.cut.faces[cell].face as usize];
+        let number = self.cut.faces[cell].face as usize;
+        let face = &faces[number];
         let (reflectance, emission) = (face.reflectance, face.emission);
+        // What leaves a mirror diffusely.
+        let part = 1.0 - self.cut.model.scene.specular(number);
         // a u + b: H = (u − F)/ρ, and the net flux F − (1 − ρ) H.
         let [a, b] = match quantity {
-            GlobalQuantity::U | GlobalQuantity::Temperature => [1.0, 0.0],
+            GlobalQuantity::U => [part, 0.0],
+            GlobalQuantity::Temperature => [1.0, 0.0],
             GlobalQuantity::Irradiance | GlobalQuantity::Transmission => {
                 [1.0 / reflectance, -emission / reflectance]
             }
             GlobalQuantity::NetFlux => {
                 let absorbed = (1.0 - reflectance) / reflectance;
-                [-absorbed, emission + absorbed * emission]
+                [-part * absorbed, part * (emission + absorbed * emission)]
             }
         };
         out[0] += share * (a * self.means[cell] + b);

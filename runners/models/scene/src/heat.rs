@@ -41,6 +41,7 @@ impl RadiativeExchange for SceneModel {
         let element = |face| {
             let surface = self.scene.place(face as usize)?.surface;
             let own = self.scene.faces().get(face as usize)?;
+            let share = 1.0 - self.scene.specular(face as usize);
             Some(Element {
                 surface,
                 part: 0,
@@ -48,7 +49,9 @@ impl RadiativeExchange for SceneModel {
                 emissivity: (self
                     .heat()
                     .and_then(|heat| heat.emissivities.get(surface).copied()))
-                .flatten(),
+                .flatten()
+                .map(|emissivity| emissivity / share),
+                share,
                 size: own.area,
             })
         };

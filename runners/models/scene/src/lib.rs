@@ -266,6 +266,7 @@ impl SceneModel {
     /// [`Error::Option`]: the scene has other surfaces or materials than these; it is one of temperatures or in photometric units; or
     /// the channels are none, or more than a walk serves.
     pub fn with_colours(self, colours: Colours) -> Result<Self, Error> {
+        let colours = less_mirrors(colours, &self.scene)?;
         let faces = self.scene.faces().iter().enumerate();
         let parts = faces.filter_map(|(face, own)| {
             Some(ColouredPart {
@@ -317,6 +318,38 @@ impl SceneModel {
     /// [`Error::Option`]: it is one of temperatures, in photometric units, or has several channels.
     pub fn with_vacuum(self, vacuum: Vacuum) -> Result<Self, Error> {
         self.with_light(Light::Gas(vacuum))
+    }
+
+    /// The scene whose surfaces reflect a part of what arrives as mirrors do, besides what they reflect diffusely, with the specular
+    /// reflectance ρ_s of each: see [`Scene::with_specular`]. What leaves these depends on the direction, and results are what arrives there, net
+    /// fluxes and temperatures.
+    ///
+    /// # Errors
+    /// [`Error::Space`]: a reflectance is none, or there is light that mirrors may show and walks do not find; [`Error::Option`]: the scene has
+    /// bands of heat.
+    ///
+    /// ```
+    /// use fredholm::scene::{Enclosure, Material, NamedSurface, shapes};
+    /// use fredholm::{GlobalQuantity, Region, Scalar, SceneModel, Solver};
+    ///
+    /// // Walls that emit 1, absorb a half and mirror a third: 2 arrives everywhere.
+    /// let material = Material { reflectance: 1.0 / 6.0, emission: 1.0 };
+    /// let polygons = shapes::room([0.0; 3], [1.0; 3]).surfaces.into_iter().flatten().collect();
+    /// let walls = NamedSurface { name: "walls".to_owned(), polygons, material };
+    /// let cube = SceneModel::new(vec![walls], Enclosure::Closed, Scalar::F64)?.with_specular(&[1.0 / 3.0])?;
+    /// let arriving = GlobalQuantity::Irradiance.of(Region::Part(0));
+    /// let report = Solver::new(&cube).goal("walls", arriving).cells(6).degree(0).walks(1000).solve()?;
+    /// let found = report.goals[0].irradiance.as_ref().unwrap();
+    /// assert!((found.estimate.unwrap() - 2.0).abs() < 5.0 * found.std_error.unwrap() + 1e-9);
+    /// # Ok::<(), fredholm::SolveError>(())
+    /// ```
+    pub fn with_specular(self, specular: &[f64]) -> Result<Self, Error> {
+        let scene = self.scene.with_specular(specular)?;
+        let mut own = Self { scene, ..self };
+        if let Light::Colours(colours) = own.light {
+            own.light = Light::Colours(less_mirrors(colours, &own.scene)?);
+        }
+        Ok(own)
     }
 
     fn with_light(self, light: Light) -> Result<Self, Error> {
@@ -389,6 +422,29 @@ impl SceneModel {
         self.colours()
             .map_or(&[], |colours| colours.names.weights())
     }
+}
+
+/// The materials of every channel over the share of what arrives that mirrors leave.
+fn less_mirrors(mut colours: Colours, scene: &Scene) -> Result<Colours, Error> {
+    if !scene.has_mirrors() {
+        return Ok(colours);
+    }
+    if colours.names.bands().is_some() {
+        return Err(Error::Option {
+            subject: Subject::Problem,
+            message: "mirrors are of light, or of heat in one band: leave `specular` out, or `wavelengths`"
+                .to_owned(),
+        });
+    }
+    for (surface, materials) in colours.materials.iter_mut().enumerate() {
+        let face = scene.faces_of(surface).map_or(0, |faces| faces.start);
+        let share = 1.0 - scene.specular(face);
+        for material in materials.iter_mut().flatten() {
+            material.reflectance = f64::min(material.reflectance / share, 1.0);
+            material.emission /= share;
+        }
+    }
+    Ok(colours)
 }
 
 impl Model for SceneModel {

@@ -15,7 +15,7 @@ use fredholm_model::{
     picture_is_biased,
 };
 use fredholm_rayon::{Observer, fill_rows};
-use fredholm_scene::{Beam, Irradiance, Material, Point, Radiosity, Sources};
+use fredholm_scene::{Beam, Irradiance, Material, Point, Radiosity, SceneError, Sources};
 
 use crate::partition::{ScenePartition, Walked};
 use crate::places::{Origin, Place};
@@ -307,6 +307,10 @@ impl SceneModel {
             return refuse(
                 "the times say where the sun is, and the scene has one of its own: leave its `towards` out",
             );
+        }
+        let has_sun = |time: &SunAndSky| time.irradiance != 0.0;
+        if self.scene.has_mirrors() && request.times.iter().any(has_sun) {
+            return Err(SceneError::MirroredBeam.into());
         }
         if request.times.is_empty() {
             return refuse("there is no time");

@@ -129,11 +129,8 @@ struct Pixel<F> {
 
 impl<F: Real> Pixel<F> {
     /// What is seen through the point with these coordinates in the pixel.
-    fn at<C>(&self, radiosity: &Radiosity<'_, F, C>, [s, t]: [F; 2]) -> Option<Point<F>> {
-        let [p, q] = self.spans;
-        let to: [F; 3] = core::array::from_fn(|k| self.corner[k] + s * p[k] + t * q[k]);
-        let length = (to[0] * to[0] + to[1] * to[1] + to[2] * to[2]).sqrt();
-        radiosity.seen_through_backs(self.from, to.map(|x| x / length))
+    fn at<C>(&self, radiosity: &Radiosity<'_, F, C>, at: [F; 2]) -> Option<Point<F>> {
+        radiosity.seen_through_backs(self.from, self.towards(at))
     }
 
     /// How many of its corners and its middle see something, of five.
@@ -150,7 +147,18 @@ impl<F: Real> Pixel<F> {
         uniforms: &mut U,
     ) -> Option<Point<F>> {
         let tries = if self.is_partial { TRIES } else { 1 };
-        (0..tries).find_map(|_| self.at(radiosity, [uniforms.uniform(), uniforms.uniform()]))
+        let at = |at| Some((self.at(radiosity, at)?, at));
+        let seen = (0..tries).find_map(|_| at([uniforms.uniform(), uniforms.uniform()]));
+        let (point, at) = seen?;
+        radiosity.mirrored(Some(point), self.towards(at), uniforms)
+    }
+
+    /// The direction to the point with these coordinates in the pixel.
+    fn towards(&self, [s, t]: [F; 2]) -> [F; 3] {
+        let [p, q] = self.spans;
+        let to: [F; 3] = core::array::from_fn(|k| self.corner[k] + s * p[k] + t * q[k]);
+        let length = (to[0] * to[0] + to[1] * to[1] + to[2] * to[2]).sqrt();
+        to.map(|x| x / length)
     }
 }
 
@@ -240,10 +248,9 @@ fn goal<F: Real, C: Tint<F>>(
             pixel.draw(radiosity, &mut draws)
         } else {
             let within = [i % PARTS, i / PARTS];
-            pixel.at(
-                radiosity,
-                within.map(|i| (F::from_u32(i) + draws.uniform()) * part),
-            )
+            let at = within.map(|i| (F::from_u32(i) + draws.uniform()) * part);
+            let seen = pixel.at(radiosity, at);
+            radiosity.mirrored(seen, pixel.towards(at), &mut draws)
         };
         let start = radiosity.start_at(seen, F::from_f64(1.0));
         let at = walker.neighbour.locate(start.point);

@@ -30,6 +30,7 @@ MATERIAL = {
     "emissivity": (0.0, 1.0),
     "temperature": (0.0, 1e6),
     "net_flux": (-np.inf, np.inf),
+    "specular": (0.0, 1.0),
 }
 #: The group of all faces, if there are no others.
 ALONE = "faces"
@@ -159,7 +160,7 @@ def _per_face(name: str, value: Any, names: list[str], of: np.ndarray) -> np.nda
 
 
 def _materials(given: Mapping[str, Any], names: list[str], of: np.ndarray) -> Array:
-    """Five numbers for every face, NaN where one is not given."""
+    """The numbers of every face, in the order of MATERIAL, NaN where one is not given."""
     columns = np.full((len(of), len(MATERIAL)), np.nan)
     for at, (name, (least, most)) in enumerate(MATERIAL.items()):
         if given[name] is None:
@@ -198,6 +199,9 @@ class Scene(Problem):
         ρ and F, of all faces, of every face, or by groups. Faces of a group that differ are surfaces of their own, "group 1" and so on.
     emissivity, temperature, net_flux : number, m numbers, or dict
         ε, the temperature in kelvin, and the net flux in W/m², in their place.
+    specular : number, m numbers, or dict
+        ρ_s, below 1, the part of what arrives that leaves as from a mirror, besides ρ or ε: there `ask` for irradiances, net fluxes or
+        temperatures.
     two_sided : bool or dict
         Whether faces are seen from both sides: their backs are a surface "group (back)".
     sky : float or dict
@@ -234,6 +238,7 @@ class Scene(Problem):
         emissivity: Optional[PerFace] = None,
         temperature: Optional[PerFace] = None,
         net_flux: Optional[PerFace] = None,
+        specular: Optional[PerFace] = None,
         two_sided: Union[bool, Mapping[str, bool]] = False,
         sky: Optional[Any] = None,
         sun: Optional[Any] = None,
@@ -254,7 +259,12 @@ class Scene(Problem):
         self._corners, self._counts = corners.astype(np.int64), counts
         names, of = _groups(groups, len(counts))
         given = dict(
-            reflectance=reflectance, emission=emission, emissivity=emissivity, temperature=temperature, net_flux=net_flux
+            reflectance=reflectance,
+            emission=emission,
+            emissivity=emissivity,
+            temperature=temperature,
+            net_flux=net_flux,
+            specular=specular,
         )
         self._has_material = any(own is not None for own in given.values())
         columns = _materials(given, names, of)
@@ -287,7 +297,7 @@ class Scene(Problem):
             problem["sky"] = dict(sky) if isinstance(sky, Mapping) else {"emission": self._real("sky", sky)}
         if open is not None:
             problem["open"] = bool(open)
-        if net_fluxes is None and len(self._surfaces) > MOST_FLUXES and np.isfinite(columns[:, 2:]).any():
+        if net_fluxes is None and len(self._surfaces) > MOST_FLUXES and np.isfinite(columns[:, 2:5]).any():
             net_fluxes = False
         if net_fluxes is not None:
             problem["net_fluxes"] = bool(net_fluxes)

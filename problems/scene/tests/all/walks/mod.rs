@@ -17,6 +17,7 @@ use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
 mod coloured;
+mod mirrors;
 mod skylight;
 mod solutions;
 mod starts;
