@@ -30,6 +30,11 @@ pub enum Beam<F> {
 
 #[cfg(feature = "alloc")]
 impl Beam<f64> {
+    /// Whether it comes from a point.
+    pub(crate) const fn is_lamp(&self) -> bool {
+        matches!(self, Self::Point { .. })
+    }
+
     /// The beam with coordinates rounded to a scalar, and a direction of length 1; `None`: a number is not finite, the
     /// strength is negative, or the direction is none.
     pub(crate) fn rounded<F: Real>(&self) -> Option<Beam<F>> {

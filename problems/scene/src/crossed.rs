@@ -37,8 +37,8 @@ impl<F: Real, C> StepEvents<2> for Radiosity<'_, F, C> {
         let (Some(own), Some(side)) = (self.face(x), self.tables.sides.get(x.face as usize)) else {
             return 0;
         };
-        // In mirrors a ray may have turned.
-        let direction = match step.to.filter(|_| !self.geometry.has_mirrors()) {
+        // Rays may have turned in mirrors, or ended in another period.
+        let direction = match step.to.filter(|_| self.geometry.is_straight()) {
             Some(y) if y.face == SKY => y.position,
             Some(y) => sub(y.position, x.position),
             None => Self::direction(side.tangents, own.normal, *step.omega),

@@ -49,6 +49,10 @@ pub enum SceneError {
     },
     /// A specular reflectance is none of [0, 1), or more than the reflectance leaves.
     Specular(Place),
+    /// A period is none, or the scene does not fit in it or is closed.
+    Period,
+    /// A lamp at a point in a scene that repeats.
+    RepeatedLamp,
     /// Light from one place or direction in a scene with mirrors: no walk finds it in them.
     MirroredBeam,
     /// A polygon is thinner than four times the scene's smallest distance.
@@ -211,6 +215,12 @@ impl fmt::Display for SceneError {
             Self::Specular(place) => write!(
                 f,
                 "{place}: a specular reflectance must be at least 0 and below 1, and with the reflectance, or the emissivity, at most 1"
+            ),
+            Self::Period => f.write_str(
+                "a scene that repeats is open, and no wider than its period, which must be a finite number more than 0",
+            ),
+            Self::RepeatedLamp => f.write_str(
+                "a scene that repeats has no lamps at points: let surfaces shine, the sun or a sky",
             ),
             Self::MirroredBeam => f.write_str(
                 "the sun and lamps at points are seen in mirrors, where no walk finds them: leave them out, or `specular`; surfaces and a sky may shine",

@@ -71,6 +71,13 @@ impl<F: Real> Face<F> {
     }
 }
 
+/// How a scene repeats: along every axis with a length above 0 it comes again and again, and lies in its first cell, which begins at `low`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Period<F> {
+    pub(crate) lengths: [F; 3],
+    pub(crate) low: [F; 3],
+}
+
 /// A piece of a face as rays see it, in the order of the hierarchy's leaves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "zerocopy", derive(zerocopy::FromBytes, zerocopy::Immutable))]
@@ -119,6 +126,8 @@ pub struct Geometry<'a, F> {
     open: bool,
     /// ρ_s of every face; none if all are 0.
     specular: &'a [F],
+    /// The periods with which it repeats, if it does.
+    pub(crate) period: Option<Period<F>>,
 }
 
 impl<'a, F: Real> Geometry<'a, F> {
@@ -169,7 +178,19 @@ impl<'a, F: Real> Geometry<'a, F> {
             nodes,
             open,
             specular: &[],
+            period: None,
         }
+    }
+
+    /// These faces, which repeat.
+    pub(crate) const fn with_period(self, period: Option<Period<F>>) -> Self {
+        Self { period, ..self }
+    }
+
+    /// Whether a ray ends where it goes straight: there are no mirrors, and nothing repeats.
+    #[inline(always)]
+    pub(crate) const fn is_straight(&self) -> bool {
+        !self.has_mirrors() && self.period.is_none()
     }
 
     /// These faces, of which each reflects a part of what arrives as a mirror does.

@@ -92,8 +92,8 @@ impl<F: Real> Cells<F> {
         if !(wanted <= MOST as f64) {
             return Err(SceneError::Cells);
         }
-        // In mirrors lights are seen that no last step leads to.
-        if !scene.has_mirrors() {
+        // In mirrors and in other periods lights are seen that no last step leads to.
+        if scene.is_straight() {
             all.lights = lights(scene.faces());
         }
         let mut rest: Vec<f64> = scene.faces().iter().map(|face| face.emission).collect();

@@ -404,12 +404,13 @@ impl<F: Real, C> Chain for Radiosity<'_, F, C> {
 }
 
 impl<F: Real, C> Density for Radiosity<'_, F, C> {
-    /// The transition density, with respect to areas on faces and to solid angles in the sky; NaN where there are mirrors.
+    /// The transition density, with respect to areas on faces and to solid angles in the sky; NaN where there are mirrors, or
+    /// where the scene repeats.
     fn density(&self, x: &Point<F>, y: &Point<F>) -> F {
         if x.face == SKY {
             return zero();
         }
-        let Some(from) = self.face(x).filter(|_| !self.geometry.has_mirrors()) else {
+        let Some(from) = self.face(x).filter(|_| self.geometry.is_straight()) else {
             return F::NAN;
         };
         let (direction, fall) = match self.face(y) {

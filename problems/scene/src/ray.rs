@@ -5,8 +5,11 @@ pub(crate) use fredholm_surfaces::Backs;
 use fredholm_surfaces::{DEPTH, Trace, trace};
 use num_traits::{one, zero};
 
-use crate::geometry::{Face, Geometry, Node, Triangle};
+use crate::geometry::{Face, Geometry, Node, Period, Triangle};
 use crate::vector::{Vector, along, dot, norm, sub};
+
+/// A ray that has passed so many periods has left.
+const MOST_PERIODS: u32 = 1_000_000;
 
 /// The face and the place that a ray met.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -336,9 +339,89 @@ impl<F: Real> Geometry<'_, F> {
         None
     }
 
-    /// The first face that a ray meets.
+    /// The first face that a ray meets; its point is that of the first period.
     #[inline]
     pub(crate) fn nearest(
+        &self,
+        emitter: Option<&Face<F>>,
+        origin: Vector<F>,
+        direction: Vector<F>,
+        backs: Backs,
+    ) -> Option<Hit<F>> {
+        match &self.period {
+            None => self.nearest_in_one(emitter, origin, direction, backs),
+            Some(period) => self.nearest_in_all(period, emitter, (origin, direction), backs),
+        }
+    }
+
+    /// The first face that a ray meets in a scene that repeats: period by period.
+    #[inline(never)]
+    fn nearest_in_all(
+        &self,
+        Period { lengths, low }: &Period<F>,
+        emitter: Option<&Face<F>>,
+        (origin, direction): (Vector<F>, Vector<F>),
+        backs: Backs,
+    ) -> Option<Hit<F>> {
+        let all = self.nodes().first()?;
+        // What the origin is moved by, to be where the ray is in the first period; and how far away the ray leaves them all.
+        let (mut shift, mut leaves) = ([zero::<F>(); 3], F::from_f64(f64::INFINITY));
+        for k in 0..3 {
+            if lengths[k] > zero() {
+                let periods = (origin[k] - low[k]) / lengths[k];
+                let whole = F::from_u32(periods.abs().to_u32()).copysign(periods);
+                let rest = if whole > periods { one() } else { zero::<F>() };
+                shift[k] = (whole - rest) * lengths[k];
+            } else if direction[k] != zero() {
+                let side = if direction[k] > zero() {
+                    all.high[k]
+                } else {
+                    all.low[k]
+                };
+                let at = (side - origin[k]) / direction[k];
+                leaves = if at < leaves { at } else { leaves };
+            }
+        }
+        for _ in 0..MOST_PERIODS {
+            let from = sub(origin, shift);
+            // Faces in the plane of one that goes on in all periods are not met.
+            let along_plane = |face: &&Face<F>| {
+                dot(face.normal, shift).abs() <= F::from_f64(16.0) * F::EPSILON * norm(shift)
+            };
+            let own = emitter.filter(along_plane);
+            let met = self.nearest_in_one(own, from, direction, backs);
+            if met.is_some() {
+                return met;
+            }
+            let mut next = (F::from_f64(f64::INFINITY), 0);
+            for k in 0..3 {
+                if lengths[k] > zero() && direction[k] != zero() {
+                    let end = if direction[k] > zero() {
+                        lengths[k]
+                    } else {
+                        zero()
+                    };
+                    let at = (low[k] + end - from[k]) / direction[k];
+                    next = if at < next.0 { (at, k) } else { next };
+                }
+            }
+            let (at, k) = next;
+            // Written so that NaN ends it.
+            if !(at < leaves) {
+                return None;
+            }
+            for axis in 0..3 {
+                if axis == k {
+                    shift[axis] += lengths[axis].copysign(direction[axis]);
+                }
+            }
+        }
+        None
+    }
+
+    /// The first face that a ray meets in the first period.
+    #[inline]
+    fn nearest_in_one(
         &self,
         emitter: Option<&Face<F>>,
         origin: Vector<F>,

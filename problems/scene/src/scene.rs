@@ -14,7 +14,7 @@ use crate::beam::Beam;
 use crate::check::Survey;
 use crate::contacts::{self, Covered, Pieces};
 use crate::error::Place;
-use crate::geometry::{Face, Geometry, Node, Triangle};
+use crate::geometry::{Face, Geometry, Node, Period, Triangle};
 use crate::join;
 use crate::precision::Precision;
 use crate::skylight::SkyLight;
@@ -72,6 +72,8 @@ pub struct Scene {
     sky: Option<SkyLight>,
     /// ρ_s of every face; none if all are 0.
     pub(crate) specular: Vec<f64>,
+    /// The periods with which it repeats, if it does.
+    pub(crate) period: Option<Period<f64>>,
     /// The scene's smallest distance.
     pub(crate) smallest: f64,
     precision: Precision,
@@ -315,6 +317,7 @@ impl Scene {
             beams: Vec::new(),
             sky: None,
             specular: Vec::new(),
+            period: None,
             smallest,
             precision: scale.precision,
             flat: scale.flat(),
@@ -466,6 +469,9 @@ impl Scene {
         match beams.iter().position(is_wrong) {
             Some(beam) => Err(SceneError::Beam { beam }),
             None if !beams.is_empty() && self.has_mirrors() => Err(SceneError::MirroredBeam),
+            None if self.period.is_some() && beams.iter().any(Beam::is_lamp) => {
+                Err(SceneError::RepeatedLamp)
+            }
             None => Ok(Self { beams, ..self }),
         }
     }
@@ -529,6 +535,58 @@ impl Scene {
         }
         self.specular = all;
         Ok(self)
+    }
+
+    /// An open scene that repeats without end along the axes whose period is above 0: rows of modules, street canyons. What leaves a period on one
+    /// side enters the next one on the other.
+    ///
+    /// A ray that has passed a million periods has left.
+    ///
+    /// # Errors
+    /// [`SceneError::Period`]: a period is negative or not finite, all are 0, the scene is closed, or it is wider than a period;
+    /// [`SceneError::RepeatedLamp`].
+    ///
+    /// ```
+    /// use fredholm_scene::{Enclosure, Material, Polygon, Scene, SceneError, Surface};
+    ///
+    /// // A wall of height 1 across a street without end, every 2 metres.
+    /// let wall = [Polygon::Quad([[0.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 1.0, 1.0], [0.0, 0.0, 1.0]])];
+    /// let surface = Surface { polygons: &wall, materials: &[Material::BLACK] };
+    /// let scene = Scene::new::<f64>(&[surface], Enclosure::Open)?;
+    /// let row = scene.clone().with_period([2.0, 1.0, 0.0])?;
+    /// assert_eq!(row.period(), Some([2.0, 1.0, 0.0]));
+    /// assert_eq!(scene.with_period([2.0, 0.5, 0.0]).unwrap_err(), SceneError::Period);
+    /// # Ok::<(), SceneError>(())
+    /// ```
+    pub fn with_period(self, lengths: [f64; 3]) -> Result<Self, SceneError> {
+        let [low, high] = hull(&self.vertices);
+        let fits = |k: usize| {
+            let length = lengths[k];
+            let width = high[k] - low[k];
+            length == 0.0
+                || (length > 0.0 && length < f64::INFINITY && width <= length + self.smallest)
+        };
+        let is_one = lengths.iter().any(|&length| length > 0.0);
+        if !is_one || !(0..3).all(fits) || self.enclosure == Enclosure::Closed {
+            return Err(SceneError::Period);
+        }
+        if self.beams.iter().any(Beam::is_lamp) {
+            return Err(SceneError::RepeatedLamp);
+        }
+        let period = Some(Period { lengths, low });
+        Ok(Self { period, ..self })
+    }
+
+    /// The period along every axis, 0 along those on which nothing repeats, if the scene does.
+    #[must_use]
+    pub fn period(&self) -> Option<[f64; 3]> {
+        self.period.map(|own| own.lengths)
+    }
+
+    /// Whether rays end where they go straight: there are no mirrors, and nothing repeats.
+    #[must_use]
+    pub const fn is_straight(&self) -> bool {
+        !self.has_mirrors() && self.period.is_none()
     }
 
     /// ρ_s of a face, the part of what arrives that leaves as from a mirror.
@@ -609,6 +667,7 @@ impl Scene {
             self.enclosure == Enclosure::Open,
         )
         .with_specular(&self.specular)
+        .with_period(self.period)
     }
 
     pub(crate) fn place_of(&self, face: u32) -> Place {

@@ -4,7 +4,7 @@ use alloc::vec::Vec;
 
 use fredholm_core::Real;
 
-use crate::geometry::{Face, Geometry, Node, Triangle};
+use crate::geometry::{Face, Geometry, Node, Period, Triangle};
 use crate::scene::rounding;
 use crate::{Enclosure, Scene};
 
@@ -16,6 +16,7 @@ pub struct Tables<F> {
     nodes: Vec<Node<F>>,
     open: bool,
     specular: Vec<F>,
+    period: Option<Period<F>>,
 }
 
 impl<F: Real> Tables<F> {
@@ -53,6 +54,10 @@ impl<F: Real> Tables<F> {
             nodes: scene.nodes.iter().map(node).collect(),
             open: scene.enclosure() == Enclosure::Open,
             specular: scene.specular.iter().map(|&r| to(r)).collect(),
+            period: scene.period.map(|own| Period {
+                lengths: own.lengths.map(to),
+                low: own.low.map(to),
+            }),
         }
     }
 
@@ -61,5 +66,6 @@ impl<F: Real> Tables<F> {
     pub fn geometry(&self) -> Geometry<'_, F> {
         Geometry::made(&self.faces, &self.triangles, &self.nodes, self.open)
             .with_specular(&self.specular)
+            .with_period(self.period)
     }
 }

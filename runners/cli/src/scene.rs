@@ -99,6 +99,11 @@ pub(crate) fn factors(
         Some(seconds) => Some(Instant::now() + solve::time_limit(seconds)?),
         None => None,
     };
+    if file.period != [0.0; 3] {
+        return Err(Failure::input(
+            "form factors are of one scene, and this one repeats: leave `period` out, or give the copies as surfaces",
+        ));
+    }
     if let Some(names) = file.mirrors() {
         if args.grey {
             return Err(Failure::input(format_args!(

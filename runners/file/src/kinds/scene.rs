@@ -1,7 +1,7 @@
 //! `[problem]` with `kind = "scene"`, and what it asks of the rest of the file.
 
 use fredholm::scene::{Colours, SceneModel, Temperatures, Vacuum};
-use fredholm::{Ask, GlobalQuantity, Goal, Model, Region, Scalar, Target};
+use fredholm::{Ask, GlobalQuantity, Model, Region, Scalar, Target};
 use fredholm_scene::Material;
 
 use super::room::no_surface;
@@ -259,12 +259,9 @@ impl Kind for Scene {
 
     fn resolve(&self, file: &ProblemFile) -> Result<(Resolution, Vec<Target>), InputError> {
         let model = self.model(file)?;
-        let checked = |region: Region| {
-            let goal = Goal::new("", region);
-            match model.check_goals(core::slice::from_ref(&goal)) {
-                Ok(()) => Ok(goal.region),
-                Err(error) => Err(error.to_string()),
-            }
+        let checked = |region: Region| match model.check_place(&region) {
+            Ok(()) => Ok(region),
+            Err(error) => Err(error.to_string()),
         };
         let targets = file.ask(|target| {
             let region = match &target.what {
@@ -340,7 +337,7 @@ impl Kind for Scene {
         let lights = &file.lights;
         let gas = file.gas.map(|gas| format!("{gas:?}")).unwrap_or_default();
         let all = compact((
-            file.open,
+            (file.open, file.period),
             file.heat,
             file.without_fluxes,
             lights,

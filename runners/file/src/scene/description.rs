@@ -102,6 +102,7 @@ pub(crate) fn of_problem(
     }
     let weld = problem.optional("weld").as_ref().map(length).transpose()?;
     let planes = symmetry::read(&mut problem)?;
+    let period = period(&mut problem, open.as_ref())?;
     let sky = sky::read(&mut problem, open.as_ref(), false)?;
     let net_fluxes = problem.read("net_fluxes", Field::boolean)?;
     let photometric = problem.read("photometric", Field::boolean)?;
@@ -114,7 +115,8 @@ pub(crate) fn of_problem(
     let mut reader = Reader {
         source,
         scene: SceneFile {
-            open: sky.is_some() || open.is_some_and(|open| open.value),
+            open: sky.is_some() || period != [0.0; 3] || open.is_some_and(|open| open.value),
+            period,
             heat: sky.as_ref().is_some_and(|sky| sky.is_heat),
             sky,
             lights,
@@ -557,6 +559,36 @@ pub fn metres(text: &str) -> Option<f64> {
         .find_map(|(name, unit)| Some((text.strip_suffix(name)?, *unit)))
         .unwrap_or((text, 1.0));
     Some(number.trim_end().parse::<f64>().ok()? * unit)
+}
+
+/// What `period` says, `{ x = 6, y = 4 }`: 0 along other axes.
+fn period(
+    section: &mut Section<'_, '_>,
+    open: Option<&Placed<bool>>,
+) -> Result<[f64; 3], InputError> {
+    let mut lengths = [0.0; 3];
+    let Some(field) = section.optional("period") else {
+        return Ok(lengths);
+    };
+    if open.is_some_and(|open| !open.value) {
+        return Err(
+            field.unsuited("a scene with a period is open: leave `period` or `open = false` out")
+        );
+    }
+    let mut own = field.section("in `period`")?;
+    for (length, name) in lengths.iter_mut().zip(["x", "y", "z"]) {
+        if let Some(field) = own.optional(name) {
+            *length = field.number()?.value;
+            if !(*length > 0.0 && length.is_finite()) {
+                return Err(field.error("a period must be a finite number more than 0"));
+            }
+        }
+    }
+    if lengths == [0.0; 3] {
+        return Err(own.error("a period is along an axis: `period = { x = 6 }`"));
+    }
+    own.finish()?;
+    Ok(lengths)
 }
 
 /// Three numbers.

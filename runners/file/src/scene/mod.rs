@@ -71,6 +71,8 @@ pub struct SceneFile {
     pub open: bool,
     /// The sky of an open scene, if the file has one.
     pub sky: Option<SkyBands>,
+    /// The period along every axis, 0 along those on which nothing repeats.
+    pub period: [f64; 3],
     /// Light that no surface emits.
     pub lights: Vec<Beam<f64>>,
     /// The names of the channels; none if there is one.
@@ -205,8 +207,13 @@ impl SceneFile {
     pub fn scene<F: fredholm_core::Real>(&self) -> Result<Scene, InputError> {
         let specular: Vec<f64> = self.surfaces.iter().map(|own| own.specular).collect();
         let scene = self.scene_of::<F>(|own| own.material)?;
-        let mirrored = scene.with_specular(&specular);
-        mirrored.map_err(|error| self.explain(&error))
+        let scene = scene
+            .with_specular(&specular)
+            .and_then(|scene| match self.period {
+                [0.0, 0.0, 0.0] => Ok(scene),
+                period => scene.with_period(period),
+            });
+        scene.map_err(|error| self.explain(&error))
     }
 
     /// The scene with black surfaces, for what asks for places alone.

@@ -14,10 +14,10 @@ use crate::system::{SceneSystem, best_rays};
 pub(crate) fn scene<F: Real + Number>(system: &SceneSystem<'_>) -> Result<TableBuilder, Error> {
     let cut = &*system.cut;
     let own = &cut.model.scene;
-    if own.sky().is_some() || !own.beams().is_empty() || own.has_mirrors() {
+    if own.sky().is_some() || !own.beams().is_empty() || !own.is_straight() {
         return Err(Error::Option {
             subject: Subject::Problem,
-            message: "device tables of a scene have the light of its surfaces alone, and no mirrors: leave `sky`, `light` and `specular` out"
+            message: "device tables of a scene have the light of its surfaces alone, no mirrors and no period: leave `sky`, `light`, `specular` and `period` out"
                 .to_owned(),
         });
     }

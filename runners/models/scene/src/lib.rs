@@ -252,6 +252,15 @@ impl SceneModel {
         }
     }
 
+    /// The scene that repeats without end along the axes whose period is above 0: see [`Scene::with_period`].
+    ///
+    /// # Errors
+    /// [`Error::Space`].
+    pub fn with_period(self, lengths: [f64; 3]) -> Result<Self, Error> {
+        let scene = self.scene.with_period(lengths)?;
+        Ok(Self { scene, ..self })
+    }
+
     /// The scene as one of heat: u is in W/m², no longer in photometric units, and results are net fluxes and temperatures, too.
     #[must_use]
     pub fn with_heat(self, of_heat: Temperatures) -> Self {
@@ -361,6 +370,14 @@ impl SceneModel {
                     .to_owned(),
             }),
         }
+    }
+
+    /// Whether the scene has the place of a region.
+    ///
+    /// # Errors
+    /// [`Error::Region`]: it has none.
+    pub fn check_place(&self, region: &Region) -> Result<(), Error> {
+        Place::new(&self.scene, region).map(|_| ())
     }
 
     fn heat(&self) -> Option<&Temperatures> {
@@ -544,7 +561,7 @@ impl Model for SceneModel {
                 let message = notes::without_faces(self.part(*part).unwrap_or("?"));
                 return Err(Error::Region { message });
             }
-            Place::new(&self.scene, &goal.region).map(|_| ())
+            self.check_place(&goal.region)
         };
         goals.iter().try_for_each(check)
     }

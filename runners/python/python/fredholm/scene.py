@@ -208,6 +208,8 @@ class Scene(Problem):
         What a uniform sky emits, in the unit of u; or a sky as problem files have it. The scene is open then.
     sun : dict or list of dict
         ``{"towards": [x, y, z], "irradiance": E}``, or lamps ``{"at": [x, y, z], "intensity": I}``.
+    period : dict
+        ``{"x": 6.0, "y": 4.0}``: with which periods the scene, which is open then, repeats without end along these axes.
     open : bool
         Whether light may leave.
     net_fluxes : bool
@@ -242,6 +244,7 @@ class Scene(Problem):
         two_sided: Union[bool, Mapping[str, bool]] = False,
         sky: Optional[Any] = None,
         sun: Optional[Any] = None,
+        period: Optional[Mapping[str, float]] = None,
         open: Optional[bool] = None,
         net_fluxes: Optional[bool] = None,
     ) -> None:
@@ -295,6 +298,8 @@ class Scene(Problem):
         problem: dict[str, Any] = {"kind": "scene"}
         if sky is not None:
             problem["sky"] = dict(sky) if isinstance(sky, Mapping) else {"emission": self._real("sky", sky)}
+        if period is not None:
+            problem["period"] = dict(period)
         if open is not None:
             problem["open"] = bool(open)
         if net_fluxes is None and len(self._surfaces) > MOST_FLUXES and np.isfinite(columns[:, 2:5]).any():

@@ -18,6 +18,7 @@ use rand::{RngExt, SeedableRng};
 
 mod coloured;
 mod mirrors;
+mod periods;
 mod skylight;
 mod solutions;
 mod starts;
