@@ -49,6 +49,8 @@ pub enum SceneError {
     },
     /// A specular reflectance is none of [0, 1), or more than the reflectance leaves.
     Specular(Place),
+    /// An absorptance is NaN or outside [0, 1].
+    Absorptance(Place),
     /// A period is none, or the scene does not fit in it or is closed.
     Period,
     /// A lamp at a point in a scene that repeats.
@@ -216,6 +218,9 @@ impl fmt::Display for SceneError {
                 f,
                 "{place}: a specular reflectance must be at least 0 and below 1, and with the reflectance, or the emissivity, at most 1"
             ),
+            Self::Absorptance(place) => {
+                write!(f, "{place}: an absorptance must be from 0 to 1")
+            }
             Self::Period => f.write_str(
                 "a scene that repeats is open, and no wider than its period, which must be a finite number more than 0",
             ),

@@ -78,6 +78,15 @@ pub(crate) struct Period<F> {
     pub(crate) low: [F; 3],
 }
 
+/// What faces do with the light of the sun, besides what they do with heat.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Sunlight<'a, F> {
+    /// α of every face, the part of it that is absorbed.
+    pub(crate) absorptances: &'a [F],
+    /// Whether the sky gives sunlight, and no heat.
+    pub(crate) of_sky: bool,
+}
+
 /// A piece of a face as rays see it, in the order of the hierarchy's leaves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "zerocopy", derive(zerocopy::FromBytes, zerocopy::Immutable))]
@@ -128,6 +137,8 @@ pub struct Geometry<'a, F> {
     specular: &'a [F],
     /// The periods with which it repeats, if it does.
     pub(crate) period: Option<Period<F>>,
+    /// What faces do with sunlight, if that is told apart.
+    pub(crate) sunlight: Option<Sunlight<'a, F>>,
 }
 
 impl<'a, F: Real> Geometry<'a, F> {
@@ -179,7 +190,13 @@ impl<'a, F: Real> Geometry<'a, F> {
             open,
             specular: &[],
             period: None,
+            sunlight: None,
         }
+    }
+
+    /// These faces, which do other things with sunlight than with heat.
+    pub(crate) const fn with_sunlight(self, sunlight: Option<Sunlight<'a, F>>) -> Self {
+        Self { sunlight, ..self }
     }
 
     /// These faces, which repeat.

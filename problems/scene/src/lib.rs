@@ -43,6 +43,7 @@ mod skylight;
 #[cfg(feature = "alloc")]
 mod sources;
 mod starts;
+mod sunlight;
 #[cfg(feature = "alloc")]
 mod tables;
 

@@ -451,8 +451,12 @@ impl<F: Real, C: Tint<F>> Equation for Radiosity<'_, F, C> {
     }
 
     #[inline]
-    fn source<U: Uniforms<F>>(&self, x: &Point<F>, _: &mut U) -> C::Value {
-        self.known(x).plus(&self.rest(x))
+    fn source<U: Uniforms<F>>(&self, x: &Point<F>, uniforms: &mut U) -> C::Value {
+        let own = self.known(x).plus(&self.rest(x));
+        match self.geometry.sunlight {
+            None => own,
+            Some(_) => own.plus(&self.white(self.less_sunlight(x, uniforms))),
+        }
     }
 
     #[inline(always)]
@@ -474,9 +478,13 @@ impl<F: Real, C: Tint<F>> Lights for Radiosity<'_, F, C> {
         if x.face == SKY {
             return self.white(zero());
         }
-        match self.receiver(x) {
-            Some(on) => self.kernel(x, x).times(&self.direct(&on, uniforms)),
-            None => self.white(F::NAN),
+        let Some(on) = self.receiver(x) else {
+            return self.white(F::NAN);
+        };
+        let own = self.kernel(x, x).times(&self.direct(&on, uniforms));
+        match self.geometry.sunlight {
+            None => own,
+            Some(_) => own.plus(&self.white(self.less_sunlight(x, uniforms))),
         }
     }
 

@@ -74,6 +74,9 @@ pub struct Scene {
     pub(crate) specular: Vec<f64>,
     /// The periods with which it repeats, if it does.
     pub(crate) period: Option<Period<f64>>,
+    /// α of every face for the light of the sun, if that is told apart; and whether the sky gives such light.
+    pub(crate) absorptances: Vec<f64>,
+    pub(crate) sun_in_sky: bool,
     /// The scene's smallest distance.
     pub(crate) smallest: f64,
     precision: Precision,
@@ -318,6 +321,8 @@ impl Scene {
             sky: None,
             specular: Vec::new(),
             period: None,
+            absorptances: Vec::new(),
+            sun_in_sky: false,
             smallest,
             precision: scale.precision,
             flat: scale.flat(),
@@ -511,6 +516,9 @@ impl Scene {
         if specular.iter().all(|&r| r == 0.0) {
             return Ok(self);
         }
+        if !self.absorptances.is_empty() {
+            return Err(SceneError::MirroredBeam);
+        }
         let mut all = Vec::with_capacity(self.faces.len());
         for (surface, &r) in specular.iter().enumerate() {
             let own = self.faces_of(surface)?;
@@ -575,6 +583,69 @@ impl Scene {
         }
         let period = Some(Period { lengths, low });
         Ok(Self { period, ..self })
+    }
+
+    /// A scene of heat in which the light of the sun is told apart: surfaces absorb a part α of it, the solar absorptance, and reflect the rest, as
+    /// they absorb and emit a part ε of heat. `of_sky` says that the sky gives such light, too, and no heat.
+    ///
+    /// The sum w of both radiosities solves
+    ///
+    /// ```text
+    /// w = H_w + q                                   where the net flux q is given: all that arrives leaves again,
+    /// w = ε σT⁴ + (1 − ε) H_w + (ε − α) H_s         where the temperature T is given,
+    /// ```
+    ///
+    /// with the irradiance H_w by both and that by sunlight, H_s, of which every state makes an estimate of its own. So σT⁴ is
+    /// H_w + (α/ε − 1) H_s + q/ε where q is given, and ε (σT⁴ − H_w) + (ε − α) H_s W/m² go out where T is.
+    ///
+    /// # Errors
+    /// [`SceneError::Length`]: not one number for every surface; [`SceneError::Absorptance`]; [`SceneError::MirroredBeam`]: there are mirrors.
+    ///
+    /// ```
+    /// use fredholm_scene::{Enclosure, Scene, SceneError, shapes};
+    ///
+    /// let room = shapes::room([0.0; 3], [1.0; 3]);
+    /// let scene = Scene::new::<f64>(&room.surfaces(), Enclosure::Closed)?;
+    /// assert_eq!(scene.clone().with_absorptances(&[0.3; 6], false)?.absorptance(2), Some(0.3));
+    /// assert!(matches!(scene.with_absorptances(&[1.1; 6], false), Err(SceneError::Absorptance(_))));
+    /// # Ok::<(), SceneError>(())
+    /// ```
+    pub fn with_absorptances(self, absorptances: &[f64], of_sky: bool) -> Result<Self, SceneError> {
+        let (expected, found) = (self.surfaces(), absorptances.len());
+        if expected != found {
+            return Err(SceneError::Length { expected, found });
+        }
+        if self.has_mirrors() {
+            return Err(SceneError::MirroredBeam);
+        }
+        let mut all = Vec::with_capacity(self.faces.len());
+        for (surface, &own) in absorptances.iter().enumerate() {
+            if !(0.0..=1.0).contains(&own) {
+                let polygon = 0;
+                return Err(SceneError::Absorptance(Place { surface, polygon }));
+            }
+            all.extend(self.faces_of(surface)?.map(|_| own));
+        }
+        if all.iter().all(|&own| own == 0.0) {
+            return Err(SceneError::NothingAbsorbs);
+        }
+        Ok(Self {
+            absorptances: all,
+            sun_in_sky: of_sky,
+            ..self
+        })
+    }
+
+    /// α of a face for the light of the sun, if that is told apart.
+    #[must_use]
+    pub fn absorptance(&self, face: usize) -> Option<f64> {
+        self.absorptances.get(face).copied()
+    }
+
+    /// Whether sunlight is told apart from heat.
+    #[must_use]
+    pub const fn has_sunlight(&self) -> bool {
+        !self.absorptances.is_empty()
     }
 
     /// The period along every axis, 0 along those on which nothing repeats, if the scene does.
@@ -668,6 +739,7 @@ impl Scene {
         )
         .with_specular(&self.specular)
         .with_period(self.period)
+        .with_sunlight(crate::tables::sunlight(&self.absorptances, self.sun_in_sky))
     }
 
     pub(crate) fn place_of(&self, face: u32) -> Place {

@@ -4,7 +4,7 @@ use alloc::vec::Vec;
 
 use fredholm_core::Real;
 
-use crate::geometry::{Face, Geometry, Node, Period, Triangle};
+use crate::geometry::{Face, Geometry, Node, Period, Sunlight, Triangle};
 use crate::scene::rounding;
 use crate::{Enclosure, Scene};
 
@@ -17,6 +17,16 @@ pub struct Tables<F> {
     open: bool,
     specular: Vec<F>,
     period: Option<Period<F>>,
+    absorptances: Vec<F>,
+    sun_in_sky: bool,
+}
+
+/// What faces do with sunlight, if there is one absorptance for each.
+pub(crate) fn sunlight<F>(absorptances: &[F], of_sky: bool) -> Option<Sunlight<'_, F>> {
+    (!absorptances.is_empty()).then_some(Sunlight {
+        absorptances,
+        of_sky,
+    })
 }
 
 impl<F: Real> Tables<F> {
@@ -54,6 +64,8 @@ impl<F: Real> Tables<F> {
             nodes: scene.nodes.iter().map(node).collect(),
             open: scene.enclosure() == Enclosure::Open,
             specular: scene.specular.iter().map(|&r| to(r)).collect(),
+            absorptances: scene.absorptances.iter().map(|&a| to(a)).collect(),
+            sun_in_sky: scene.sun_in_sky,
             period: scene.period.map(|own| Period {
                 lengths: own.lengths.map(to),
                 low: own.low.map(to),
@@ -67,5 +79,6 @@ impl<F: Real> Tables<F> {
         Geometry::made(&self.faces, &self.triangles, &self.nodes, self.open)
             .with_specular(&self.specular)
             .with_period(self.period)
+            .with_sunlight(sunlight(&self.absorptances, self.sun_in_sky))
     }
 }

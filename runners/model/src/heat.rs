@@ -66,7 +66,7 @@ pub(crate) const ARRIVES: Material = Material::flux(0.0);
 /// use fredholm_model::heat::Element;
 /// use fredholm_room::Material;
 ///
-/// let heater = Element { surface: 3, part: 0, material: Material::flux(20.0), emissivity: Some(0.9), share: 1.0, size: 1.5 };
+/// let heater = Element { surface: 3, part: 0, material: Material::flux(20.0), emissivity: Some(0.9), share: 1.0, absorptance: None, size: 1.5 };
 /// assert_eq!(heater.flux(), 30.0);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,11 +81,44 @@ pub struct Element {
     pub emissivity: Option<f64>,
     /// 1 − ρ_s, the share of what arrives that is not reflected as by a mirror.
     pub share: f64,
+    /// α, the part of sunlight that is absorbed, if that is told apart from heat.
+    pub absorptance: Option<f64>,
     /// The length or the area.
     pub size: f64,
 }
 
 impl Element {
+    /// How many times the irradiance by sunlight counts in a quantity besides what heat makes of it: α/ε − 1 in the σT⁴ of what has no
+    /// temperature given, and ε − α in the net flux out of what has one. 0 where sunlight is not told apart.
+    ///
+    /// ```
+    /// use fredholm_model::GlobalQuantity;
+    /// use fredholm_model::heat::Element;
+    /// use fredholm_room::Material;
+    ///
+    /// let plate = Element {
+    ///     surface: 0, part: 0, material: Material::flux(0.0), emissivity: Some(0.8), share: 1.0, absorptance: Some(0.2), size: 1.0,
+    /// };
+    /// assert_eq!(plate.sunlight(GlobalQuantity::Temperature), 0.2 / 0.8 - 1.0);
+    /// ```
+    #[must_use]
+    pub fn sunlight(&self, quantity: GlobalQuantity) -> f64 {
+        let (Some(absorbed), reflectance) = (self.absorptance, self.material.reflectance) else {
+            return 0.0;
+        };
+        match quantity {
+            GlobalQuantity::Temperature => absorbed / self.emissivity.unwrap_or(f64::NAN) - 1.0,
+            GlobalQuantity::NetFlux if reflectance < 1.0 => 1.0 - reflectance - absorbed,
+            _ => 0.0,
+        }
+    }
+
+    /// Whether what leaves it follows from sunlight besides all that arrives.
+    #[must_use]
+    pub fn knows_sunlight(&self) -> bool {
+        self.sunlight(GlobalQuantity::NetFlux) != 0.0
+    }
+
     /// The net flux out of all of it where that is given.
     #[must_use]
     pub fn flux(&self) -> f64 {
@@ -97,6 +130,11 @@ impl Element {
 fn common<T: PartialEq>(mut all: impl Iterator<Item = T>) -> Option<T> {
     let first = all.next()?;
     all.all(|other| other == first).then_some(first)
+}
+
+/// Whether sunlight is told apart on a region.
+fn is_sunlit(surfaces: &(impl RadiativeExchange + ?Sized), region: &Region) -> bool {
+    (surfaces.elements(region).iter()).any(|own| own.absorptance.is_some())
 }
 
 /// The share 1 − ρ_s that a region has in common; NaN if it has none.
@@ -192,6 +230,8 @@ pub struct Asked {
     pub factor: f64,
     /// What is added, in the unit of u.
     pub constant: f64,
+    /// How many times the irradiance by sunlight is added: see [`Element::sunlight`].
+    pub sunlight: f64,
 }
 
 impl Asked {
@@ -200,6 +240,7 @@ impl Asked {
         is_arriving: false,
         factor: 1.0,
         constant: 0.0,
+        sunlight: 0.0,
     };
 
     /// So many times this.
@@ -223,7 +264,7 @@ impl Asked {
     /// // Of a black wall u says nothing; what it loses is F − H.
     /// let black = Material { reflectance: 0.0, emission: 5.0 };
     /// let loss = Asked::new(GlobalQuantity::NetFlux, Some(black), None);
-    /// assert_eq!(loss, Asked { is_arriving: true, factor: -1.0, constant: 5.0 });
+    /// assert_eq!(loss, Asked { is_arriving: true, factor: -1.0, constant: 5.0, ..Asked::U });
     /// ```
     #[must_use]
     pub fn new(
@@ -247,6 +288,7 @@ impl Asked {
                 is_arriving: true,
                 factor: own.reflectance - 1.0,
                 constant: own.emission,
+                ..Self::U
             },
             _ => Self {
                 is_arriving: true,
@@ -366,6 +408,7 @@ pub trait RadiativeExchange {
             Region::Whole if self.is_closed() => Some(ARRIVES),
             // It is asked for itself.
             Region::Facing { .. } => Some(ARRIVES),
+            region if self.elements(region).iter().any(Element::knows_sunlight) => None,
             region => self
                 .material(region)
                 .filter(|material| material.reflectance > 0.0),
@@ -461,6 +504,13 @@ pub trait RadiativeExchange {
         let in_air = self.is_in_air(region).then(|| temperature_of(u));
         let through = || Some(self.through_radiosity(region)?.irradiance_of(u));
         let irradiance = irradiance.or_else(through);
+        if is_sunlit(self, region) {
+            // Net fluxes and temperatures depend on how much of it is sunlight.
+            return Heat {
+                irradiance,
+                ..Heat::default()
+            };
+        }
         Heat {
             irradiance,
             net_flux: self.net_flux(region, irradiance.filter(|_| self.carried().is_heat()), 1.0),
@@ -515,13 +565,17 @@ pub fn asked(surfaces: &dyn RadiativeExchange, region: &Region, is_alone: bool) 
     if quantity == GlobalQuantity::Temperature {
         return Asked {
             constant: surfaces.hidden(place).unwrap_or(0.0),
+            sunlight: sunlight_in(surfaces, quantity, place),
             ..Asked::U
         };
     }
     let through = surfaces.through_radiosity(place).filter(|_| !is_alone);
     let asked = Asked::new(quantity, surfaces.material(place), through);
     match quantity {
-        GlobalQuantity::NetFlux => asked.times(share_of(surfaces, place)),
+        GlobalQuantity::NetFlux => Asked {
+            sunlight: sunlight_in(surfaces, quantity, place),
+            ..asked.times(share_of(surfaces, place))
+        },
         GlobalQuantity::Transmission => {
             let [given, _] = inlet(surfaces).unwrap_or_default();
             let size: f64 = surfaces.elements(place).iter().map(|own| own.size).sum();
@@ -532,6 +586,12 @@ pub fn asked(surfaces: &dyn RadiativeExchange, region: &Region, is_alone: bool) 
         }
         _ => asked,
     }
+}
+
+/// How many times the irradiance by sunlight counts in a quantity of a region.
+fn sunlight_in(surfaces: &dyn RadiativeExchange, quantity: GlobalQuantity, place: &Region) -> f64 {
+    let elements = surfaces.elements(place);
+    elements.first().map_or(0.0, |own| own.sunlight(quantity))
 }
 
 /// What enters by the inlet of a vacuum, a size times the unit of u, and the size of the inlet.
@@ -589,7 +649,7 @@ pub fn check_asked(
         _ if is_flux && !surfaces.carried().is_heat() => {
             "a net flux is one of heat, and this is light: `ask = \"irradiance\"`"
         }
-        _ if is_flux && surfaces.material(place).is_none() => {
+        _ if is_flux && has_several(surfaces, place) => {
             "these surfaces have several materials: ask for the net flux out of each"
         }
         _ => return Ok(()),
@@ -597,6 +657,13 @@ pub fn check_asked(
     Err(Error::Region {
         message: message.to_owned(),
     })
+}
+
+/// Whether a place has several materials.
+fn has_several(surfaces: &dyn RadiativeExchange, place: &Region) -> bool {
+    let elements = surfaces.elements(place);
+    let materials = elements.iter().map(|own| (own.material, own.absorptance));
+    common(materials).is_none()
 }
 
 /// Why a place has no temperature that walks tell, if it has none.
@@ -618,8 +685,10 @@ fn no_temperature(
         Some(
             "the temperature is given there: ask for that of surfaces from which the `net_flux` is given, or of a point between surfaces",
         )
-    } else if surfaces.material(place).is_none() {
+    } else if has_several(surfaces, place) {
         Some("these surfaces have several materials: ask for the temperature of each")
+    } else if is_sunlit(surfaces, place) && elements.iter().any(|own| own.emissivity.is_none()) {
+        Some("the temperature follows from the `absorptance` and the `emissivity`: give both")
     } else if surfaces.hidden(place).is_none() {
         Some(
             "the temperature follows from the `net_flux` and the `emissivity`: give that, the same all over",
@@ -636,6 +705,24 @@ fn heat_of_asked(
     place: &Region,
     found: Estimate,
 ) -> Heat {
+    if is_sunlit(surfaces, place) {
+        let none = Heat::default();
+        return match quantity {
+            GlobalQuantity::Temperature => Heat {
+                temperature: temperature_of(found),
+                ..none
+            },
+            GlobalQuantity::NetFlux => Heat {
+                net_flux: Some(found),
+                is_flux_given: surfaces.is_reflecting(place),
+                ..none
+            },
+            _ => Heat {
+                irradiance: Some(found),
+                ..none
+            },
+        };
+    }
     let material = surfaces.material(place);
     let irradiance = match (quantity, material) {
         (GlobalQuantity::Temperature, _) => {
@@ -696,8 +783,9 @@ pub fn certain(
     let is_certain = |goal: &Goal| {
         let (quantity, place) = goal.region.asked();
         let material = surfaces.material(place);
+        let knows_sunlight = |place| surfaces.elements(place).iter().any(Element::knows_sunlight);
         let is_known = |own: Material| match quantity {
-            GlobalQuantity::U => own.reflectance == 0.0,
+            GlobalQuantity::U => own.reflectance == 0.0 && !knows_sunlight(place),
             GlobalQuantity::Irradiance
             | GlobalQuantity::Temperature
             | GlobalQuantity::Transmission => false,

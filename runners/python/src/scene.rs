@@ -19,9 +19,9 @@ pub(crate) struct Mesh {
     arrays: SceneArrays,
 }
 
-/// Name, whether it is seen from both sides, and reflectance, emission, emissivity, temperature, net flux and specular
-/// reflectance, NaN where one is not given.
-type GivenSurface = (String, bool, [f64; 6]);
+/// Name, whether it is seen from both sides, and reflectance, emission, emissivity, temperature, net flux, specular
+/// reflectance and absorptance of sunlight, NaN where one is not given.
+type GivenSurface = (String, bool, [f64; 7]);
 
 /// The numbers of an array that count or number something.
 fn counts(array: &PyReadonlyArray1<'_, i64>) -> Vec<usize> {
@@ -81,6 +81,7 @@ fn surface((name, two_sided, numbers): GivenSurface) -> ArraySurface {
         temperature,
         net_flux,
         specular,
+        absorptance,
     ] = numbers.map(|number| Some(number).filter(|number| !number.is_nan()));
     let specular = specular.unwrap_or(0.0);
     let material = match (net_flux, emissivity.or(temperature)) {
@@ -106,6 +107,7 @@ fn surface((name, two_sided, numbers): GivenSurface) -> ArraySurface {
         material,
         emissivity: emissivity.filter(|_| net_flux.is_some()),
         specular,
+        absorptance,
         known,
         two_sided,
     }

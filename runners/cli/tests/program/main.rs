@@ -37,6 +37,7 @@ mod sequences;
 mod solve;
 mod sphere;
 mod split;
+mod sunlight;
 mod systems;
 mod terminal;
 mod times;

@@ -223,6 +223,27 @@ fn the_shadow_in_a_crater() {
         off < 4.0 * error + 0.0127 * flat && error < 1e-4,
         "{value} ± {error}"
     );
+    // Its ground has the temperature at which it gives away all that it absorbs, α = 0.7 of sunlight and ε = 0.95 of heat: of all that arrives in
+    // the shadow, f sin 20°, sunlight counts α/ε times.
+    let text = std::fs::read_to_string(&path).unwrap();
+    let ground = text
+        .replace(
+            "reflectance = 0.3",
+            "net_flux = 0\nemissivity = 0.95\nabsorptance = 0.7",
+        )
+        .replace("irradiance = 1\n", "irradiance = 1361\n")
+        .replace("ask = 'irradiance'", "ask = 'temperature'");
+    let path = folder.file("ground.toml", ground);
+    let json = ended(0, &["solve", &path, "--json"]).json();
+    let own = &json["targets"][0]["preconditioned"];
+    let [value, error] = ["estimate", "std_error"].map(|key| own[key].as_f64().unwrap());
+    let part = 0.137_931_034_5 * height - (1.0 - 0.7 / 0.95) * 0.012_727_120_193_2;
+    let exact = (1361.0 * part / 5.670_374_419e-8_f64).powf(0.25);
+    let off = (value - exact).abs();
+    assert!(
+        off < 4.0 * error + exact * flat && error < 0.5,
+        "{value} ± {error}, {exact}"
+    );
 }
 
 /// The description of a prism of so many sides in a tube of radius 1, and of what passes from one end to the other.

@@ -327,7 +327,7 @@ impl Kind for Scene {
                     &surface.name,
                     &surface.polygons,
                     surface.material,
-                    surface.specular,
+                    (surface.specular, surface.absorptance),
                     surface.emissivity,
                     &surface.colours,
                 )

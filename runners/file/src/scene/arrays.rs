@@ -16,6 +16,8 @@ pub struct ArraySurface {
     pub emissivity: Option<f64>,
     /// ρ_s, the part of what arrives that leaves as from a mirror.
     pub specular: f64,
+    /// α, the part of sunlight that is absorbed, if it is given.
+    pub absorptance: Option<f64>,
     /// What is said of the material.
     pub known: Known,
     /// Whether it is seen from both sides: its backs are another surface, "name (back)".
@@ -29,7 +31,7 @@ pub struct ArraySurface {
 /// use fredholm_scene::Material;
 ///
 /// let material = Material { reflectance: 0.5, emission: 1.0 };
-/// let plate = ArraySurface { name: "plate".to_owned(), material, emissivity: None, specular: 0.0, known: Known::Material, two_sided: true };
+/// let plate = ArraySurface { name: "plate".to_owned(), material, emissivity: None, specular: 0.0, absorptance: None, known: Known::Material, two_sided: true };
 /// let arrays = SceneArrays {
 ///     vertices: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
 ///     corners: vec![0, 1, 2],
@@ -76,6 +78,7 @@ impl SceneFile {
                 material: own.material,
                 emissivity: own.emissivity,
                 specular: own.specular,
+                absorptance: own.absorptance,
                 known: own.known,
                 ..SceneSurface::new(own.name.clone())
             });

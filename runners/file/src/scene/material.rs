@@ -15,6 +15,11 @@ use crate::section::{Field, Section};
 
 /// What a specular reflectance is.
 const SPECULAR: &str = "a specular reflectance must be at least 0 and below 1";
+/// What an absorptance is.
+const ABSORPTANCE: &str = "an absorptance must be from 0 to 1";
+/// What has an absorptance.
+const ABSORBS_HEAT: &str = "`absorptance` is what a surface of temperature or net flux absorbs of sunlight, in one band of heat: of light alone \
+     `reflectance` says it";
 /// What is said of shares that are more than all.
 const TOO_MUCH: &str = "what is reflected as by a mirror and what is reflected diffusely, or absorbed, is more than all: \
      `specular` and `reflectance`, or `emissivity`, must not be above 1 together";
@@ -33,6 +38,8 @@ pub(super) struct Given {
     emissivity: Option<f64>,
     /// ρ_s, the part of what arrives that leaves as from a mirror.
     specular: f64,
+    /// α, the part of sunlight that is absorbed, if it is given.
+    absorptance: Option<f64>,
     known: Known,
     /// Whether u is in W/m².
     pub(super) is_heat: bool,
@@ -65,6 +72,7 @@ impl SceneSurface {
         self.colours.clone_from(&given.colours);
         self.emissivity = given.emissivity;
         self.specular = given.specular;
+        self.absorptance = given.absorptance;
     }
 }
 
@@ -114,7 +122,12 @@ impl Reader<'_> {
             Some(mirror) if share > rest + ROUNDING => Err(mirror.error(TOO_MUCH)),
             _ => Ok(()),
         };
+        let of_sun = section.optional("absorptance");
+        let absorptance = number(&of_sun, &|a| (0.0..=1.0).contains(&a), ABSORPTANCE)?;
         let (is_light, is_grey) = (fields.light().is_some(), fields.heat().is_some());
+        if let Some(of_sun) = of_sun.filter(|_| !is_grey || self.scene.bands.is_some()) {
+            return Err(of_sun.unsuited(ABSORBS_HEAT));
+        }
         let is_warm = fields.temperature.is_some() || fields.net_flux.is_some();
         let known = match is_grey && !is_warm {
             true => Known::Emissivity,
@@ -132,6 +145,7 @@ impl Reader<'_> {
             colours,
             emissivity: None,
             specular,
+            absorptance,
             known,
             is_heat,
         };

@@ -153,6 +153,8 @@ pub struct SceneSurface {
     pub emissivity: Option<f64>,
     /// ρ_s, the part of what arrives that leaves as from a mirror.
     pub specular: f64,
+    /// α, the part of sunlight that is absorbed, if it is given.
+    pub absorptance: Option<f64>,
     /// Whether it hides others and is not reported: an obstruction of a View3D deck.
     pub is_obstruction: bool,
     /// What is said of its material.
@@ -191,6 +193,7 @@ impl SceneSurface {
             colours: Vec::new(),
             emissivity: None,
             specular: 0.0,
+            absorptance: None,
             is_obstruction: false,
             known: Known::Nothing,
             back_of: None,
@@ -213,7 +216,34 @@ impl SceneFile {
                 [0.0, 0.0, 0.0] => Ok(scene),
                 period => scene.with_period(period),
             });
+        let scene = scene.map_err(|error| self.explain(&error))?;
+        let Some(absorptances) = self.absorptances()? else {
+            return Ok(scene);
+        };
+        let of_sky = self.sky.as_ref().is_some_and(|sky| !sky.is_heat);
+        let scene = scene.with_absorptances(&absorptances, of_sky);
         scene.map_err(|error| self.explain(&error))
+    }
+
+    /// The part of sunlight that every surface absorbs, if one tells it apart from heat: of others as much as of heat.
+    fn absorptances(&self) -> Result<Option<Vec<f64>>, InputError> {
+        if self.surfaces.iter().all(|own| own.absorptance.is_none()) {
+            return Ok(None);
+        }
+        let of_heat = |own: &SceneSurface| match own.material.reflectance < 1.0 {
+            true => Some(1.0 - own.material.reflectance),
+            false => own.emissivity,
+        };
+        let all = self.surfaces.iter().map(|own| {
+            let known = own.absorptance.or_else(|| of_heat(own));
+            known.ok_or_else(|| {
+                InputError::new(format_args!(
+                    "surface {:?}: where one surface has an `absorptance` this one needs it, too, or an `emissivity`: what it does with sunlight",
+                    own.name
+                ))
+            })
+        });
+        all.collect::<Result<_, _>>().map(Some)
     }
 
     /// The scene with black surfaces, for what asks for places alone.
@@ -263,6 +293,7 @@ impl SceneFile {
             | SceneError::Reflectance(at)
             | SceneError::Emission(at)
             | SceneError::Specular(at)
+            | SceneError::Absorptance(at)
             | SceneError::Degenerate(at)
             | SceneError::NotConvex(at)
             | SceneError::NotPlanar { at, .. }

@@ -38,6 +38,7 @@ impl RadiativeExchange for RoomModel {
             let geometry = self.scene.geometry();
             Some(Element {
                 share: 1.0,
+                absorptance: None,
                 surface: place.surface,
                 part: place.vertex,
                 material: geometry.material(wall),

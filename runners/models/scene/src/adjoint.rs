@@ -39,6 +39,12 @@ fn refuse<T>(message: String) -> Result<T, Error> {
 impl Adjoint {
     pub(crate) fn new(forward: &SceneModel, goals: &[Goal]) -> Result<Self, Error> {
         let scene = &forward.scene;
+        if scene.has_sunlight() {
+            return refuse(
+                "where sunlight is told apart from heat walks go from the targets: leave `adjoint` out"
+                    .to_owned(),
+            );
+        }
         if forward.colours().is_some() {
             return refuse(
                 "walks from the sources serve many receivers in one channel: leave `adjoint` out"

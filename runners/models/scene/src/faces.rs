@@ -203,14 +203,21 @@ impl SceneModel {
             let geometry = equation.0.geometry();
             debug_assert_eq!(equation.channels(), 1);
             let asked = |number: usize| {
+                let own = self.element(number as u32);
                 let material = faces[number].material();
+                let knows_sunlight = own.is_some_and(|own| own.knows_sunlight());
                 // Plain walks for u may end where they start.
-                let through = (material.reflectance > 0.0 && !request.is_plain).then_some(material);
+                let is_through = !request.is_plain && !knows_sunlight;
+                let through = (material.reflectance > 0.0 && is_through).then_some(material);
                 let asked = Asked::new(request.quantity, Some(material), through);
-                match request.quantity {
+                let asked = match request.quantity {
                     GlobalQuantity::Irradiance => asked,
                     // What leaves a mirror diffusely.
                     _ => asked.times(1.0 - self.scene.specular(number)),
+                };
+                Asked {
+                    sunlight: own.map_or(0.0, |own| own.sunlight(request.quantity)),
+                    ..asked
                 }
             };
             let is_u = request.quantity == GlobalQuantity::U;
@@ -219,8 +226,10 @@ impl SceneModel {
                 let (material, asked) = (faces[number].material(), asked(number));
                 let is_dark = asked.is_arriving && !others && self.is_dark(&[number as u32]);
                 let share = 1.0 - self.scene.specular(number);
+                let own = self.element(number as u32);
+                let is_certain = material.reflectance == 0.0 && own.is_some_and(|own| !own.knows_sunlight());
                 match is_u {
-                    true => (material.reflectance == 0.0).then_some(share * material.emission),
+                    true => is_certain.then_some(share * material.emission),
                     false => (asked.factor == 0.0 || is_dark).then_some(asked.constant),
                 }
             };

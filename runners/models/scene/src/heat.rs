@@ -7,6 +7,28 @@ use fredholm_scene::Enclosure;
 use crate::places::Place;
 use crate::{Light, SceneModel};
 
+impl SceneModel {
+    /// What a face is made of.
+    pub(crate) fn element(&self, face: u32) -> Option<Element> {
+        let surface = self.scene.place(face as usize)?.surface;
+        let own = self.scene.faces().get(face as usize)?;
+        let share = 1.0 - self.scene.specular(face as usize);
+        Some(Element {
+            surface,
+            part: 0,
+            material: own.material(),
+            emissivity: (self
+                .heat()
+                .and_then(|heat| heat.emissivities.get(surface).copied()))
+            .flatten()
+            .map(|emissivity| emissivity / share),
+            share,
+            absorptance: self.scene.absorptance(face as usize),
+            size: own.area,
+        })
+    }
+}
+
 impl RadiativeExchange for SceneModel {
     fn carried(&self) -> Carried {
         match &self.light {
@@ -38,30 +60,16 @@ impl RadiativeExchange for SceneModel {
             Ok(Place::Faces(faces)) => faces,
             _ => Vec::new(),
         };
-        let element = |face| {
-            let surface = self.scene.place(face as usize)?.surface;
-            let own = self.scene.faces().get(face as usize)?;
-            let share = 1.0 - self.scene.specular(face as usize);
-            Some(Element {
-                surface,
-                part: 0,
-                material: own.material(),
-                emissivity: (self
-                    .heat()
-                    .and_then(|heat| heat.emissivities.get(surface).copied()))
-                .flatten()
-                .map(|emissivity| emissivity / share),
-                share,
-                size: own.area,
-            })
-        };
-        faces.into_iter().filter_map(element).collect()
+        let all = faces.into_iter();
+        all.filter_map(|face| self.element(face)).collect()
     }
 
     /// All, with temperatures or of a gas, unless they are left out.
     fn flux_names(&self) -> &[String] {
         let of_gas = matches!(&self.light, Light::Gas(gas) if gas.throughputs);
-        match of_gas || self.heat().is_some_and(|heat| heat.net_fluxes) {
+        // Where sunlight is told apart they are asked for.
+        let of_heat = self.heat().filter(|_| !self.scene.has_sunlight());
+        match of_gas || of_heat.is_some_and(|heat| heat.net_fluxes) {
             true => &self.names,
             false => &[],
         }

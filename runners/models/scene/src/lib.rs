@@ -252,6 +252,15 @@ impl SceneModel {
         }
     }
 
+    /// The scene in which sunlight is told apart from heat, with the part of it that each surface absorbs: see [`Scene::with_absorptances`].
+    ///
+    /// # Errors
+    /// [`Error::Space`].
+    pub fn with_absorptances(self, absorptances: &[f64], of_sky: bool) -> Result<Self, Error> {
+        let scene = self.scene.with_absorptances(absorptances, of_sky)?;
+        Ok(Self { scene, ..self })
+    }
+
     /// The scene that repeats without end along the axes whose period is above 0: see [`Scene::with_period`].
     ///
     /// # Errors
@@ -623,7 +632,10 @@ impl Model for SceneModel {
 
     /// The surfaces between which light or heat goes, of a scene with one channel: of several all follows from u.
     fn quantities(&self) -> Vec<Quantity> {
-        self.surface_quantities().quantities
+        match self.scene.has_sunlight() {
+            true => Vec::new(),
+            false => self.surface_quantities().quantities,
+        }
     }
 
     fn exchange(&self) -> Option<&dyn RadiativeExchange> {

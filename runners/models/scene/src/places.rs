@@ -1,6 +1,9 @@
 //! What may be asked of a scene.
 
-use fredholm_core::{At, Functional, LastStep, Lights as _, Real, StartOf, Uniforms, Value as _};
+use fredholm_core::{
+    At, Equation as _, Functional, LastStep, Lights as _, Real, Start, StartOf, Uniforms,
+    Value as _,
+};
 use fredholm_model::{Error, Region};
 use fredholm_scene::{
     Air, Facing, Geometry, Irradiance, Mean, Point, Radiosity, Scene, Sources, Tint, Wide, areas,
@@ -132,6 +135,12 @@ pub(crate) enum Origin<'a, F> {
     Sources(&'a Sources<F>),
     /// For what arrives there.
     Arriving(&'a Self),
+    /// For a share of the sunlight that arrives there, besides u there or all that arrives.
+    Sunlit {
+        of: &'a Self,
+        is_arriving: bool,
+        share: F,
+    },
 }
 
 impl<F: Real> Origin<'_, F> {
@@ -159,6 +168,21 @@ impl<'e, 'r, F: Real, C: Tint<F>> Functional<LastStep<'e, Radiosity<'r, F, C>>> 
             Self::Facing(facing) => facing.start(equation, uniforms),
             Self::Sources(sources) => sources.start(equation, uniforms),
             Self::Arriving(of) => Irradiance(**of).start(equation, uniforms),
+            Self::Sunlit {
+                of,
+                is_arriving,
+                share,
+            } => {
+                let at = of.start(equation, uniforms);
+                let sunlight = equation.0.sunlight(&at.point, uniforms) * *share * at.phi;
+                let start = match is_arriving {
+                    true => equation.arriving(&at.point, uniforms).scaled(at.phi),
+                    false => at,
+                };
+                let channels = equation.channels();
+                let known = start.known.plus(&C::Value::splat(channels, sunlight));
+                Start { known, ..start }
+            }
         }
     }
 

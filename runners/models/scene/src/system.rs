@@ -12,7 +12,7 @@ use fredholm_core::{LastStep, Neighbour, NoNeighbour, Real};
 use fredholm_embedded::TableBuilder;
 use fredholm_model::channels::refuse_device_tables;
 use fredholm_model::{
-    Error, Examined, GlobalSystem, Pairs, Request, SavedSystem, System, Then, WalkOptions,
+    Error, Examined, GlobalSystem, Pairs, Request, SavedSystem, Subject, System, Then, WalkOptions,
     in_channels, in_scalar,
 };
 use fredholm_rayon::fill_rows;
@@ -149,7 +149,14 @@ impl System for SceneSystem<'_> {
     where
         Self: 's,
     {
-        Ok(self)
+        match self.cut.model.scene.has_sunlight() {
+            true => Err(Error::Option {
+                subject: Subject::Problem,
+                message: "where sunlight is told apart from heat there is no global estimate: leave `global` out"
+                    .to_owned(),
+            }),
+            false => Ok(self),
+        }
     }
 
     fn examine(

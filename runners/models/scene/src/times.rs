@@ -170,7 +170,12 @@ impl<F: Real> Walker<'_, '_, F> {
                 is_arriving: true,
                 factor: material.reflectance,
                 constant: material.emission,
+                ..Asked::U
             },
+            GlobalQuantity::NetFlux => {
+                let share = 1.0 - self.model.scene.specular(x.face as usize);
+                Asked::new(GlobalQuantity::NetFlux, Some(material), None).times(share)
+            }
             quantity => Asked::new(quantity, Some(material), None),
         }
     }
@@ -298,6 +303,9 @@ impl SceneModel {
         };
         if self.colours().is_some() {
             return refuse("values at many times are those of one channel: leave `channels` out");
+        }
+        if self.scene.has_sunlight() {
+            return refuse("values at many times are of light alone: leave `absorptance` out");
         }
         if matches!(self.light, Light::Gas(_)) {
             return refuse("suns and skies are of light, and a vacuum has molecules alone");

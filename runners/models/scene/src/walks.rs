@@ -32,11 +32,19 @@ impl Cut<'_> {
         asked: &Asked,
     ) -> Goal<Starts<'o, F>, Wide<F, C>> {
         let channels = equation.channels();
-        let start = match asked.is_arriving {
+        let plain = match asked.is_arriving {
             true => Origin::Arriving(origin),
             false => *origin,
         };
-        let mean = match (v, &start) {
+        let start = match asked.sunlight == 0.0 {
+            true => plain,
+            false => Origin::Sunlit {
+                of: origin,
+                is_arriving: asked.is_arriving,
+                share: F::from_f64(asked.sunlight / asked.factor),
+            },
+        };
+        let mean = match (v, &plain) {
             (None, _) => Some(Wide::<F, C>::splat(channels, 0.0)),
             (Some((neighbour, _)), Origin::Point(At(x))) => {
                 Some(neighbour.value(&neighbour.locate(*x)).wide())
@@ -51,7 +59,7 @@ impl Cut<'_> {
                 factor: F::from_f64(asked.factor),
             },
             control_mean: mean.map(|own| own.scaled(asked.factor)),
-            known: start.known(equation.0).scaled(asked.factor).plus(&constant),
+            known: plain.known(equation.0).scaled(asked.factor).plus(&constant),
         }
     }
 

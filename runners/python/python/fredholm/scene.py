@@ -31,6 +31,7 @@ MATERIAL = {
     "temperature": (0.0, 1e6),
     "net_flux": (-np.inf, np.inf),
     "specular": (0.0, 1.0),
+    "absorptance": (0.0, 1.0),
 }
 #: The group of all faces, if there are no others.
 ALONE = "faces"
@@ -202,6 +203,8 @@ class Scene(Problem):
     specular : number, m numbers, or dict
         ρ_s, below 1, the part of what arrives that leaves as from a mirror, besides ρ or ε: there `ask` for irradiances, net fluxes or
         temperatures.
+    absorptance : number, m numbers, or dict
+        α, the part that is absorbed of the light of the sun and of a sky with an `emission`, if it is not ε.
     two_sided : bool or dict
         Whether faces are seen from both sides: their backs are a surface "group (back)".
     sky : float or dict
@@ -241,6 +244,7 @@ class Scene(Problem):
         temperature: Optional[PerFace] = None,
         net_flux: Optional[PerFace] = None,
         specular: Optional[PerFace] = None,
+        absorptance: Optional[PerFace] = None,
         two_sided: Union[bool, Mapping[str, bool]] = False,
         sky: Optional[Any] = None,
         sun: Optional[Any] = None,
@@ -268,6 +272,7 @@ class Scene(Problem):
             temperature=temperature,
             net_flux=net_flux,
             specular=specular,
+            absorptance=absorptance,
         )
         self._has_material = any(own is not None for own in given.values())
         columns = _materials(given, names, of)
