@@ -195,11 +195,13 @@ impl<'a, F: Real> Geometry<'a, F> {
     }
 
     /// These faces, which do other things with sunlight than with heat.
+    #[cfg(feature = "alloc")]
     pub(crate) const fn with_sunlight(self, sunlight: Option<Sunlight<'a, F>>) -> Self {
         Self { sunlight, ..self }
     }
 
     /// These faces, which repeat.
+    #[cfg(feature = "alloc")]
     pub(crate) const fn with_period(self, period: Option<Period<F>>) -> Self {
         Self { period, ..self }
     }
@@ -211,6 +213,7 @@ impl<'a, F: Real> Geometry<'a, F> {
     }
 
     /// These faces, of which each reflects a part of what arrives as a mirror does.
+    #[cfg(feature = "alloc")]
     pub(crate) const fn with_specular(self, specular: &'a [F]) -> Self {
         Self { specular, ..self }
     }

@@ -525,7 +525,7 @@ impl Scene {
             for face in self.faces.get_mut(own).unwrap_or_default() {
                 let rest = 1.0 - r;
                 // Sums of three shares may be above 1 by rounding. Written so that NaN fails.
-                if !(r >= 0.0 && r < 1.0 && face.reflectance <= rest + ROUNDING) {
+                if !((0.0..1.0).contains(&r) && face.reflectance <= rest + ROUNDING) {
                     let polygon = 0;
                     return Err(SceneError::Specular(Place { surface, polygon }));
                 }

@@ -100,6 +100,29 @@ def test_both_sides_of_a_plate() -> None:
     assert plate.solve(over=["faces", "faces (back)"], ask="irradiance", walks=1000).values == pytest.approx([100.0, 0.0])
 
 
+def test_mirrors_periods_and_sunlight() -> None:
+    square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], dtype=float)
+    # Two plates without end, of which one mirrors a part: the exchange of diffuse ones.
+    plates = fredholm.Scene(
+        np.concatenate([square, square + [0, 0, 0.5]]),
+        [[0, 1, 2, 3], [7, 6, 5, 4]],
+        groups=["low", "high"],
+        emissivity={"low": 0.5, "high": 0.8},
+        temperature={"low": 400.0, "high": 300.0},
+        specular={"low": 0.3},
+        period={"x": 1.0, "y": 1.0},
+    )
+    found = plates.net_flux(walks=20_000)
+    exact = 5.670374419e-8 * (400.0**4 - 300.0**4) / (1 / 0.5 + 1 / 0.8 - 1)
+    assert (abs(found.values - [exact, -exact]) <= 5 * found.std_errors + 1e-6).all() and (found.std_errors < 0.03 * exact).all()
+    # A plate in the sun that gives away as heat what it absorbs.
+    plate = fredholm.Scene(
+        square, [[0, 1, 2, 3]], open=True, net_flux=0.0, emissivity=0.8, absorptance=0.2, sun={"towards": [0, 0, 1], "irradiance": 1000.0}
+    )
+    kelvin = plate.solve(over="faces", ask="temperature", walks=100).values
+    assert kelvin == pytest.approx([(0.2 / 0.8 * 1000.0 / 5.670374419e-8) ** 0.25], rel=1e-9)
+
+
 def test_meshes_of_others() -> None:
     """By what they have, so that none of them is needed."""
     vertices, faces = triangles()
@@ -210,6 +233,9 @@ BAD: dict[str, tuple[Callable[[], object], str]] = {
     "no number of a group": (lambda: cube(emission={"floor": "bright"}), "emission: "),
     "light and heat": (lambda: cube(reflectance=0.5, temperature=300.0), "face 0, of the group 'floor': give either"),
     "a temperature and a net flux": (lambda: cube(temperature=300.0, net_flux={"left": 1.0}), "face 2, .*'left': give either `temperature`"),
+    "mirrors of more than all": (lambda: cube(reflectance=0.5, specular=0.6), r"faces\[\d\]: .*specular reflectance"),
+    "an absorptance of light": (lambda: cube(reflectance=0.5, absorptance=0.6), "face 0, .*'floor': `absorptance` is"),
+    "a period along no axis": (lambda: cube(reflectance=0.5, period={"w": 2.0}), "unknown key `w`|`w`"),
     "two sides of a group that is none": (lambda: cube(two_sided={"a": True}), "two_sided: there is no group 'a'"),
     "a word for two sides": (lambda: cube(two_sided="yes"), "two_sided = 'yes'"),
     "a word for a sky": (lambda: cube(sky="blue", open=True), "sky = 'blue'"),

@@ -9,7 +9,7 @@ use fredholm_model::{
     Discretisation, Error, Goal, Pairs, Partitioned, Request, SavedSystem, Scalar, Subject, System,
     Then, WalkOptions, in_channels, in_scalar,
 };
-use fredholm_scene::{Cells, ColourTables, Radiosity, Tables};
+use fredholm_scene::{Cells, ColourTables, Radiosity, Scene, Tables};
 
 use crate::SceneModel;
 use crate::of_degree;
@@ -120,6 +120,17 @@ impl<'m> Cut<'m> {
     }
 }
 
+/// The number of rays that a step takes: one goes on from a mirror with the probability ρ_s. Of the mean ρ_s by area, 1/(1 − ρ_s).
+fn rays_of_a_step(scene: &Scene) -> f64 {
+    let faces = scene.faces().iter().enumerate();
+    let (mut mirrored, mut area) = (0.0, 0.0);
+    for (number, face) in faces {
+        mirrored += face.area * scene.specular(number);
+        area += face.area;
+    }
+    area / (area - mirrored)
+}
+
 /// A scene and its cells.
 #[derive(Debug)]
 pub(crate) struct ScenePartition<'m>(pub(crate) Arc<Cut<'m>>);
@@ -193,13 +204,15 @@ impl<'m> Partitioned<'m> for ScenePartition<'m> {
         // The first ray is one of the score.
         let partial = shares.iter().filter(|share| !matches!(share, 0 | 255));
         let further = (PARTIAL - 1.0) * RAY * partial.count() as f64 / shares.len().max(1) as f64;
+        let rays = rays_of_a_step(&model.scene);
         let with_lights = |cost: WalkCost| WalkCost {
-            score: cost.score + lights + further,
+            step: rays * cost.step,
+            score: rays * cost.score + lights + further,
             ..cost
         };
         // A ray, one to a light, and the two fits; and what share of every light is seen.
         let of_shares = f64::from(SHARE_RAYS) * number * (RAY + LIGHT);
-        let of_cell = self.0.rays() as f64 * (3.0 * RAY + lights + further) + of_shares;
+        let of_cell = self.0.rays() as f64 * (3.0 * rays * RAY + lights + further) + of_shares;
         let mut cost = Cost {
             setup: self.cells() as f64 * of_cell,
             source: 0.0,

@@ -172,11 +172,12 @@ def _materials(given: Mapping[str, Any], names: list[str], of: np.ndarray) -> Ar
             bound = "more than 0 and at most 1" if name == "emissivity" else f"from {least:g} to {most:g}"
             raise InputError(f"{name}{_first(wrong)} = {column[wrong][0]:g}: it must be {bound}")
         columns[:, at] = column
-    light, grey, temperature, flux = (
-        ~np.isnan(columns[:, own]).all(axis=1) for own in ([0, 1], [2, 3], [3], [4])
+    light, grey, temperature, flux, sunlight = (
+        ~np.isnan(columns[:, own]).all(axis=1) for own in ([0, 1], [2, 3], [3], [4], [6])
     )
     for both, message in (
         (light & (grey | flux), "give either `reflectance` and `emission`, or `emissivity` and `temperature`, or `net_flux`"),
+        (sunlight & ~(grey | flux), "`absorptance` is what a surface of temperature or net flux absorbs of sunlight: of light `reflectance` says it"),
         (temperature & flux, "give either `temperature` or `net_flux`: one follows from the other"),
     ):
         if both.any():
