@@ -128,7 +128,11 @@ fn what_cannot_be_exported_is_refused_and_leaves_nothing() {
     let lit = folder.file("a.toml", scene.replace("[galerkin]", lamp));
     let scene = folder.file("b.toml", scene);
     for (file, out, words) in [
-        (&lit, "lamp.bin", "leave `sky` and `light` out"),
+        (
+            &lit,
+            "lamp.bin",
+            "leave `sky`, `light`, `specular` and `period` out",
+        ),
         (&scene, "a.txt", "must end in .bin"),
         (&scene, "a", "must end in .bin"),
         (&scene, "none/a.bin", "there is no folder"),

@@ -100,7 +100,7 @@ fn derivatives_of_net_fluxes_are_those_of_differences() {
     let folder = Folder::new();
     let rooms = HEAT
         .replace("over = 'ceiling'", "over = 'floor'\nask = 'net_flux'")
-        .replace("100000", "20000");
+        .replace("100000", "10000");
     let room = rooms.replace(
         "name = 'air'\nat = [1, 1.2]",
         "name = 'given'\nover = 'ceiling'\nask = 'net_flux'",
@@ -110,7 +110,7 @@ fn derivatives_of_net_fluxes_are_those_of_differences() {
         [[problem.surface]]\nname = 'rest'\npolygons = [[[0, 0, 1], [0, 1, 1], [1, 1, 1], [1, 0, 1]],\
         [[0, 0, 0], [0, 0, 1], [1, 0, 1], [1, 0, 0]], [[1, 0, 0], [1, 0, 1], [1, 1, 1], [1, 1, 0]],\
         [[1, 1, 0], [1, 1, 1], [0, 1, 1], [0, 1, 0]], [[0, 1, 0], [0, 1, 1], [0, 0, 1], [0, 0, 0]]]\nemissivity = 0.5\ntemperature = 280\n\
-        [[target]]\nname = 'floor'\nover = 'floor'\nask = 'net_flux'\n[walk]\nwalks = 20000\n";
+        [[target]]\nname = 'floor'\nover = 'floor'\nask = 'net_flux'\n[walk]\nwalks = 10000\n";
     let moves = [
         ("floor temperature", "temperature = 310", 0.5),
         ("floor emissivity", "emissivity = 0.9", 0.01),
@@ -149,7 +149,7 @@ const VACUUM: &str = "[problem]\nkind = 'vacuum'\n\
     [[problem.surface]]\nname = 'pump'\npolygon = [[0, 0, 1], [0, 1, 1], [1, 0, 1]]\nsticking = 0.4\n\
     [[problem.surface]]\nname = 'walls'\npolygons = [[[0, 0, 0], [0, 0, 1], [1, 0, 1], [1, 0, 0]],\
     [[1, 0, 0], [1, 0, 1], [0, 1, 1], [0, 1, 0]], [[0, 1, 0], [0, 1, 1], [0, 0, 1], [0, 0, 0]]]\nsticking = 0.1\n\
-    [[target]]\nname = 'floor'\nover = 'floor'\n[walk]\nwalks = 20000\n";
+    [[target]]\nname = 'floor'\nover = 'floor'\n[walk]\nwalks = 10000\n";
 
 /// Quantities of a vacuum are those of its words: the pressure by a sticking factor, and by what a surface gives off in all.
 #[test]

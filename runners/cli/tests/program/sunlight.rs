@@ -32,7 +32,7 @@ fn plates_have_the_temperatures_of_closed_forms() {
         net_flux = 40\nemissivity = 0.8\nabsorptance = 0.3\n\
         [[problem.surface]]\nname = 'down'\npolygon = [[-0.005, -0.005, 1], [-0.005, 0.005, 1], [0.005, 0.005, 1], [0.005, -0.005, 1]]\n\
         net_flux = 0\nemissivity = 0.8\nabsorptance = 0.3\n\
-        [walk]\nwalks = 20000\n\
+        [walk]\nwalks = 40000\n\
         [[target]]\nover = 'up'\nask = 'temperature'\n[[target]]\nover = 'down'\nask = 'temperature'\n";
     let found = asked(&folder, text, &[]);
     // A square of half width 5 below at distance 1: of four quarters, by two edges each.
@@ -139,7 +139,7 @@ fn grey_surfaces_are_those_without_an_absorptance() {
             "net_flux = 0\nabsorptance = 0.4\n",
             "net_flux = 0\nemissivity = 0.5\n",
         ],
-        "[[target]]\nover = 'ground'\nask = 'irradiance'\n[[target]]\nover = 'ground'\nask = 'temperature'\n",
+        "[[target]]\nover = 'ground'\nask = 'irradiance'\n[[target]]\nname = 'warm'\nover = 'ground'\nask = 'temperature'\n",
     );
     let dark = lit.replace("absorptance = 0.2", "absorptance = 0.8");
     let (lit, dark) = (asked(&folder, &lit, &[]), asked(&folder, &dark, &[]));

@@ -114,6 +114,9 @@ impl Reader<'_> {
     ) -> Result<Option<Given>, InputError> {
         let fields = MaterialFields::of(section);
         fields.check()?;
+        if self.scene.bands.is_some() {
+            fields.check_bands()?;
+        }
         let mirror = section.optional("specular");
         let specular = number(&mirror, &|r| (0.0..1.0).contains(&r), SPECULAR)?.unwrap_or(0.0);
         // What is left to reflectance and emissivity.
