@@ -599,7 +599,8 @@ impl Scene {
     /// H_w + (α/ε − 1) H_s + q/ε where q is given, and ε (σT⁴ − H_w) + (ε − α) H_s W/m² go out where T is.
     ///
     /// # Errors
-    /// [`SceneError::Length`]: not one number for every surface; [`SceneError::Absorptance`]; [`SceneError::MirroredBeam`]: there are mirrors.
+    /// [`SceneError::Length`]: not one number for every surface; [`SceneError::Absorptance`]; [`SceneError::MirroredBeam`]: there are mirrors;
+    /// [`SceneError::NothingAbsorbs`].
     ///
     /// ```
     /// use fredholm_scene::{Enclosure, Scene, SceneError, shapes};
@@ -626,7 +627,8 @@ impl Scene {
             }
             all.extend(self.faces_of(surface)?.map(|_| own));
         }
-        if all.iter().all(|&own| own == 0.0) {
+        let is_closed = self.enclosure == Enclosure::Closed;
+        if is_closed && all.iter().all(|&own| own == 0.0) {
             return Err(SceneError::NothingAbsorbs);
         }
         Ok(Self {

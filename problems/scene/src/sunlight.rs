@@ -7,6 +7,9 @@ use num_traits::{one, zero};
 use crate::radiosity::{Point, Radiosity};
 use crate::skylight::SKY;
 
+/// The most reflections of a walk in sunlight.
+const MOST_REFLECTIONS: u32 = 1_000_000;
+
 impl<F: Real, C: Tint<F>> Radiosity<'_, F, C> {
     /// (ε − α) H_s where a temperature is given, by an estimate of H_s; 0 elsewhere.
     pub(crate) fn less_sunlight<U: Uniforms<F>>(&self, x: &Point<F>, uniforms: &mut U) -> F {
@@ -15,7 +18,8 @@ impl<F: Real, C: Tint<F>> Radiosity<'_, F, C> {
         };
         let absorbed = self.absorptance(x.face);
         let share = one::<F>() - face.reflectance - absorbed;
-        match share == zero() {
+        // What absorbs as much of both is so but for rounding.
+        match share.abs() <= F::from_f64(4.0) * F::EPSILON {
             true => zero(),
             false => share * self.sunlight(x, uniforms),
         }
@@ -32,11 +36,11 @@ impl<F: Real, C: Tint<F>> Radiosity<'_, F, C> {
     }
 
     /// An unbiased estimate of H_s, the irradiance of a point of a face by the light of the sun, direct and reflected: of a walk that ends in every
-    /// point with the probability α.
+    /// point with the probability α. NaN if it does not end, where nothing absorbs.
     pub fn sunlight<U: Uniforms<F>>(&self, x: &Point<F>, uniforms: &mut U) -> F {
         let of_sky = self.geometry.sunlight.is_some_and(|own| own.of_sky);
         let (mut at, mut sum) = (*x, zero::<F>());
-        loop {
+        for _ in 0..MOST_REFLECTIONS {
             let Some(on) = self.receiver(&at) else {
                 return F::NAN;
             };
@@ -56,5 +60,6 @@ impl<F: Real, C: Tint<F>> Radiosity<'_, F, C> {
             }
             at = next;
         }
+        F::NAN
     }
 }

@@ -60,6 +60,9 @@ pub(crate) fn slope_below(wavelength: f64, temperature: f64) -> f64 {
 /// The material of what has u = H: where all that leaves arrives.
 pub(crate) const ARRIVES: Material = Material::flux(0.0);
 
+/// What differences of shares are off by.
+const ROUNDING: f64 = 1e-12;
+
 /// A wall or a face of a surface.
 ///
 /// ```
@@ -106,9 +109,11 @@ impl Element {
         let (Some(absorbed), reflectance) = (self.absorptance, self.material.reflectance) else {
             return 0.0;
         };
+        let more = 1.0 - reflectance - absorbed;
         match quantity {
             GlobalQuantity::Temperature => absorbed / self.emissivity.unwrap_or(f64::NAN) - 1.0,
-            GlobalQuantity::NetFlux if reflectance < 1.0 => 1.0 - reflectance - absorbed,
+            // What absorbs as much of both is so but for rounding.
+            GlobalQuantity::NetFlux if reflectance < 1.0 && more.abs() > ROUNDING => more,
             _ => 0.0,
         }
     }

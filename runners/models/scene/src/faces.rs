@@ -227,7 +227,8 @@ impl SceneModel {
                 let is_dark = asked.is_arriving && !others && self.is_dark(&[number as u32]);
                 let share = 1.0 - self.scene.specular(number);
                 let own = self.element(number as u32);
-                let is_certain = material.reflectance == 0.0 && own.is_some_and(|own| !own.knows_sunlight());
+                let knows_sunlight = own.is_some_and(|own| own.knows_sunlight());
+                let is_certain = material.reflectance == 0.0 && !knows_sunlight;
                 match is_u {
                     true => is_certain.then_some(share * material.emission),
                     false => (asked.factor == 0.0 || is_dark).then_some(asked.constant),
