@@ -248,7 +248,7 @@ impl Asked {
         sunlight: 0.0,
     };
 
-    /// So many times this.
+    /// What is asked for, times a number.
     #[must_use]
     pub fn times(self, share: f64) -> Self {
         Self {

@@ -87,7 +87,7 @@ impl Slopes {
         }
     }
 
-    /// Those by so many times the quantity.
+    /// Slopes by a quantity that is so many times this one.
     fn over(self, times: f64) -> Self {
         Self {
             emission: self.emission / times,
