@@ -584,10 +584,10 @@ fn period(
             }
         }
     }
+    own.finish()?;
     if lengths == [0.0; 3] {
         return Err(own.error("a period is along an axis: `period = { x = 6 }`"));
     }
-    own.finish()?;
     Ok(lengths)
 }
 
