@@ -14,6 +14,8 @@ pub enum FactorsError {
     Leaves,
     /// A closed scene sees no sky.
     NoSky,
+    /// The scene repeats without end, and form factors are of one.
+    Repeats,
     /// There is no such face.
     Face {
         /// The number that was asked for.
@@ -64,6 +66,9 @@ impl fmt::Display for FactorsError {
                 "the scene is open: light leaves, and the rows of its form factors do not sum to 1",
             ),
             Self::NoSky => f.write_str("the scene is closed: no sky is seen from it"),
+            Self::Repeats => f.write_str(
+                "form factors are of one scene, and this one repeats: leave the period out, or give the copies as surfaces",
+            ),
             Self::Face { face } => write!(f, "there is no face {face}"),
             Self::Group { group } => write!(f, "there is no surface {group}"),
             Self::Length { expected, found } => {

@@ -99,7 +99,7 @@ impl<'a> Rays<'a> {
     ///
     /// # Errors
     /// [`FactorsError::Length`] if there are not as many groups as faces, [`FactorsError::Group`] for a group that is none,
-    /// [`FactorsError::NoSky`] for a sky above a closed scene.
+    /// [`FactorsError::NoSky`] for a sky above a closed scene, [`FactorsError::Repeats`].
     pub fn new(
         scene: &'a Scene,
         group_of: &'a [usize],
@@ -108,6 +108,9 @@ impl<'a> Rays<'a> {
         seed: u64,
     ) -> Result<Self, FactorsError> {
         FactorsError::length(scene.faces().len(), group_of.len())?;
+        if scene.period().is_some() {
+            return Err(FactorsError::Repeats);
+        }
         if let Some(&group) = group_of.iter().find(|&&group| group >= count) {
             return Err(FactorsError::Group { group });
         }

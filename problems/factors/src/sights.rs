@@ -74,8 +74,11 @@ impl<'a> Sights<'a> {
     /// Where something hides a part, form factors are computed to `error`, in F.
     ///
     /// # Errors
-    /// [`FactorsError::Tolerance`].
+    /// [`FactorsError::Tolerance`]; [`FactorsError::Repeats`].
     pub fn new(scene: &'a Scene, error: f64) -> Result<Self, FactorsError> {
+        if scene.period().is_some() {
+            return Err(FactorsError::Repeats);
+        }
         if !(1e-13..=0.1).contains(&error) {
             return Err(FactorsError::Tolerance);
         }

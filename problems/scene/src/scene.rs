@@ -481,7 +481,7 @@ impl Scene {
         }
     }
 
-    /// The scene whose surfaces reflect a part ρ_s of what arrives as mirrors do, besides what they reflect diffusely.
+    /// The scene, which has no mirrors yet, with surfaces that reflect a part ρ_s of what arrives as mirrors do, besides what they reflect diffusely.
     ///
     /// What leaves them diffusely is (1 − ρ_s) û, where û solves
     ///

@@ -99,11 +99,6 @@ pub(crate) fn factors(
         Some(seconds) => Some(Instant::now() + solve::time_limit(seconds)?),
         None => None,
     };
-    if file.period != [0.0; 3] {
-        return Err(Failure::input(
-            "form factors are of one scene, and this one repeats: leave `period` out, or give the copies as surfaces",
-        ));
-    }
     if let Some(names) = file.mirrors() {
         if args.grey {
             return Err(Failure::input(format_args!(
@@ -742,18 +737,18 @@ pub(crate) fn check(file: &SceneFile, out: Option<&Path>) -> Result<Ended, Failu
     }
     let scene = file.geometry()?;
     tell(file, &scene);
-    let sights = Sights::new(&scene, ERROR).map_err(Failure::run)?;
     let light = if file.open { "may leave" } else { "stays" };
     let row = |name: &str, value: String| vec![name.to_owned(), value];
     let mut rows = vec![
         row("problem", "scene".to_owned()),
         row("polygons", scene.faces().len().to_string()),
         row("light", light.to_owned()),
-        row(
-            "large polygons that may hide",
-            sights.occluders().to_string(),
-        ),
     ];
+    if scene.period().is_none() {
+        let sights = Sights::new(&scene, ERROR).map_err(Failure::run)?;
+        let hiding = sights.occluders().to_string();
+        rows.push(row("large polygons that may hide", hiding));
+    }
     if let Some(sky) = &file.sky {
         let patches: u64 = sky.sectors.iter().map(|&n| u64::from(n)).sum();
         let plural = if patches == 1 { "" } else { "es" };

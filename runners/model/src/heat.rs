@@ -142,9 +142,9 @@ fn is_sunlit(surfaces: &(impl RadiativeExchange + ?Sized), region: &Region) -> b
     (surfaces.elements(region).iter()).any(|own| own.absorptance.is_some())
 }
 
-/// The share 1 − ρ_s that a region has in common; NaN if it has none.
-fn share_of(surfaces: &(impl RadiativeExchange + ?Sized), region: &Region) -> f64 {
-    common(surfaces.elements(region).iter().map(|own| own.share)).unwrap_or(f64::NAN)
+/// The share 1 − ρ_s that a region has in common, if it has one.
+fn share_of(surfaces: &(impl RadiativeExchange + ?Sized), region: &Region) -> Option<f64> {
+    common(surfaces.elements(region).iter().map(|own| own.share))
 }
 
 /// 1/ε − 1 of walls or faces from which the net flux is given, if ε is known and the same.
@@ -557,7 +557,7 @@ pub trait RadiativeExchange {
         size: f64,
     ) -> Option<Estimate> {
         let own = self.material(region)?.net_flux_of(irradiance?);
-        let size = size * share_of(self, region);
+        let size = size * share_of(self, region)?;
         Some(own.derived(size * own.estimate, |x| size * x))
     }
 }
@@ -579,7 +579,7 @@ pub fn asked(surfaces: &dyn RadiativeExchange, region: &Region, is_alone: bool) 
     match quantity {
         GlobalQuantity::NetFlux => Asked {
             sunlight: sunlight_in(surfaces, quantity, place),
-            ..asked.times(share_of(surfaces, place))
+            ..asked.times(share_of(surfaces, place).unwrap_or(f64::NAN))
         },
         GlobalQuantity::Transmission => {
             let [given, _] = inlet(surfaces).unwrap_or_default();
@@ -667,7 +667,7 @@ pub fn check_asked(
 /// Whether a place has several materials.
 fn has_several(surfaces: &dyn RadiativeExchange, place: &Region) -> bool {
     let elements = surfaces.elements(place);
-    let materials = elements.iter().map(|own| (own.material, own.absorptance));
+    let materials = (elements.iter()).map(|own| (own.material, own.share, own.absorptance));
     common(materials).is_none()
 }
 
@@ -753,6 +753,7 @@ fn heat_of_asked(
         }
         (GlobalQuantity::NetFlux, Some(own)) if own.reflectance < 1.0 => {
             let (absorbed, share) = (1.0 - own.reflectance, share_of(surfaces, place));
+            let share = share.unwrap_or(f64::NAN);
             let arriving = (own.emission - found.estimate / share) / absorbed;
             found.derived(arriving, |error| error / (share * absorbed))
         }

@@ -125,8 +125,8 @@ struct InBand {
     slope: f64,
 }
 
-/// The quantities of a wall or a face in one channel or a band, of which this part is no mirror. `speed` is what all of its surface would pump if it took every molecule, where
-/// molecules are carried.
+/// The quantities of a wall or a face in one channel or a band, of which this part is no mirror. `speed` is what all of its surface would pump if it
+/// took every molecule, where molecules are carried.
 fn of_element(
     (material, part): (&Material, f64),
     carried: Carried,

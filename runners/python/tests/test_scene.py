@@ -115,6 +115,8 @@ def test_mirrors_periods_and_sunlight() -> None:
     found = plates.net_flux(walks=20_000)
     exact = 5.670374419e-8 * (400.0**4 - 300.0**4) / (1 / 0.5 + 1 / 0.8 - 1)
     assert (abs(found.values - [exact, -exact]) <= 5 * found.std_errors + 1e-6).all() and (found.std_errors < 0.03 * exact).all()
+    with pytest.raises(fredholm.InputError, match="this one repeats"):
+        plates.factors()
     # A plate in the sun that gives away as heat what it absorbs.
     plate = fredholm.Scene(
         square, [[0, 1, 2, 3]], open=True, net_flux=0.0, emissivity=0.8, absorptance=0.2, sun={"towards": [0, 0, 1], "irradiance": 1000.0}

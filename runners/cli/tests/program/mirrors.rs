@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::common::{Folder, list, number, refused};
+use crate::common::{Folder, asked, ended, fredholm, list, pair, refused};
 
 /// A closed box of temperatures, given net fluxes and mirrors.
 const HEAT: &str = "[problem]\nkind = 'scene'\n\
@@ -12,20 +12,6 @@ const HEAT: &str = "[problem]\nkind = 'scene'\n\
     [[problem.surface]]\nname = 'east'\npolygon = [[2, 0, 0], [2, 0, 1], [2, 1, 1], [2, 1, 0]]\nnet_flux = 30\nspecular = 0.3\nemissivity = 0.25\n\
     [[problem.surface]]\nname = 'south'\npolygon = [[0, 0, 0], [0, 0, 1], [2, 0, 1], [2, 0, 0]]\nnet_flux = 0\n\
     [[problem.surface]]\nname = 'north'\npolygon = [[0, 1, 0], [2, 1, 0], [2, 1, 1], [0, 1, 1]]\nnet_flux = 0\nspecular = 0.9\n";
-
-fn pair(of: &Value) -> [f64; 2] {
-    [number(of, "estimate"), number(of, "std_error")]
-}
-
-/// What was asked for of every target.
-fn asked(folder: &Folder, text: &str, options: &[&str]) -> Vec<[f64; 2]> {
-    let json = folder
-        .solve(text, &[&["--json"], options].concat())
-        .quietly(0)
-        .json();
-    let targets = list(&json, "targets").iter();
-    targets.map(|own| pair(&own["preconditioned"])).collect()
-}
 
 fn apart([a, e]: [f64; 2], [b, f]: [f64; 2]) -> f64 {
     (a - b).abs() / e.hypot(f)
@@ -153,4 +139,21 @@ fn what_has_no_mirrors_is_refused() {
     for (text, message) in cases {
         refused(&folder.solve(&text, &[]), &[message]);
     }
+}
+
+/// Form factors are of one scene, and `check` says what there is of one that repeats.
+#[test]
+fn what_repeats_has_no_form_factors() {
+    let folder = Folder::new();
+    let text = "[problem]\nkind = 'scene'\nperiod = { x = 2 }\n[[problem.surface]]\nname = 'floor'\n\
+        polygon = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]\nreflectance = 0.5\nemission = 1\n";
+    let path = folder.file("row.toml", text);
+    for method in ["exact", "rays"] {
+        let ran = fredholm(&["factors", &path, "--method", method]);
+        refused(
+            &ran,
+            &["form factors are of one scene, and this one repeats"],
+        );
+    }
+    assert!(ended(0, &["check", &path]).stdout.contains("floor"));
 }

@@ -1,25 +1,9 @@
 //! Heat of surfaces with an `absorptance` of their own for sunlight: temperatures and net fluxes against closed forms and against scenes of heat
 //! and of light alone.
 
-use serde_json::Value;
-
-use crate::common::{Folder, list, number, refused};
+use crate::common::{Folder, asked, refused};
 
 const SIGMA: f64 = 5.670_374_419e-8;
-
-fn pair(of: &Value) -> [f64; 2] {
-    [number(of, "estimate"), number(of, "std_error")]
-}
-
-/// What was asked for of every target.
-fn asked(folder: &Folder, text: &str, options: &[&str]) -> Vec<[f64; 2]> {
-    let json = folder
-        .solve(text, &[&["--json"], options].concat())
-        .quietly(0)
-        .json();
-    let targets = list(&json, "targets").iter();
-    targets.map(|own| pair(&own["preconditioned"])).collect()
-}
 
 /// A plate faces the sun, and another one the ground of a planet that reflects three tenths of it.
 #[test]

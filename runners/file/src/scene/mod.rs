@@ -210,12 +210,7 @@ impl SceneFile {
     pub fn scene<F: fredholm_core::Real>(&self) -> Result<Scene, InputError> {
         let specular: Vec<f64> = self.surfaces.iter().map(|own| own.specular).collect();
         let scene = self.scene_of::<F>(|own| own.material)?;
-        let scene = scene
-            .with_specular(&specular)
-            .and_then(|scene| match self.period {
-                [0.0, 0.0, 0.0] => Ok(scene),
-                period => scene.with_period(period),
-            });
+        let scene = scene.with_specular(&specular);
         let scene = scene.map_err(|error| self.explain(&error))?;
         let Some(absorptances) = self.absorptances()? else {
             return Ok(scene);
@@ -238,7 +233,8 @@ impl SceneFile {
             let known = own.absorptance.or_else(|| of_heat(own));
             known.ok_or_else(|| {
                 InputError::new(format_args!(
-                    "surface {:?}: where one surface has an `absorptance` this one needs it, too, or an `emissivity`: what it does with sunlight",
+                    "{}: surface {:?}: where one surface has an `absorptance` this one needs it, too, or an `emissivity`: what it does with sunlight",
+                    self.names.first().map_or("", Origin::name),
                     own.name
                 ))
             })
@@ -276,6 +272,10 @@ impl SceneFile {
         };
         Scene::within::<F>(&surfaces, enclosure, self.moved)
             .and_then(|scene| scene.with_beams(self.lights.clone()))
+            .and_then(|scene| match self.period {
+                [0.0, 0.0, 0.0] => Ok(scene),
+                period => scene.with_period(period),
+            })
             .and_then(|scene| {
                 let light = self.sky.as_ref().map(SkyBands::light).transpose()?;
                 match light.flatten() {

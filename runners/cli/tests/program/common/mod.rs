@@ -335,3 +335,18 @@ pub(crate) fn csv_rows(path: &Path) -> Vec<Vec<String>> {
     rows.map(|row| row.unwrap().iter().map(str::to_owned).collect())
         .collect()
 }
+
+/// An estimate and its standard error.
+pub(crate) fn pair(of: &Value) -> [f64; 2] {
+    [number(of, "estimate"), number(of, "std_error")]
+}
+
+/// What was asked for of every target.
+pub(crate) fn asked(folder: &Folder, text: &str, options: &[&str]) -> Vec<[f64; 2]> {
+    let json = folder
+        .solve(text, &[&["--json"], options].concat())
+        .quietly(0)
+        .json();
+    let targets = list(&json, "targets").iter();
+    targets.map(|own| pair(&own["preconditioned"])).collect()
+}
