@@ -41,7 +41,7 @@ pub(crate) fn by_rays(
     }
     let seed = args.seed.unwrap_or(1);
     let count = parts.names.len();
-    let rays = Rays::new(scene, &parts.group_of, count, sky, seed).map_err(Failure::run)?;
+    let rays = Rays::new(scene, &parts.group_of, count, sky, seed).map_err(Failure::input)?;
     let rows = parts.wanted();
     let blocks = (rays_for(error) / RAYS_OF_BLOCK as f64).ceil() as u64;
     let mut counts = vec![RayCounts::default(); count];
