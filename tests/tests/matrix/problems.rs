@@ -14,14 +14,10 @@ pub(crate) type Entry = (&'static str, fn(u64) -> Report);
 #[rustfmt::skip]
 const EVERY_DAY: &[Entry] = &[
     ("toy that leaves, degree 1", |seed| toy::<2>(5, 0.1, seed)),
-    ("circle, n = 35", |seed| circle::examined::<1>(35, LIGHT, seed)),
     ("circle, degree 1, three colours, n = 20", |seed| circle::examined_in_colours::<2>(20, LIGHT, seed)),
     ("circle, n = 100,000, masses", |seed| circle::examined_masses(100_000, seed)),
-    ("cube, d = 1, s t^2", |seed| cube::examined::<1>(model::quadratic(0.6), 10, 4, seed)),
     ("cube, d = 3, degree 1", |seed| cube::examined_at::<3, 4>(model::quadratic(0.6), 2, 5, 1e-7, seed)),
-    ("room, square", |seed| room::examined(&room::square(), 24, 1e-6, seed)),
     ("room, grey bodies", |seed| room::examined(&room::furnace(), 20, 1e-2, seed)),
-    ("scene, baffle, last step, degree 1", |seed| scene::examined::<3>(Place::Baffle, true, seed)),
     ("scene, open", |seed| scene::examined::<1>(Place::Open, false, seed)),
 ];
 
@@ -29,6 +25,10 @@ const EVERY_DAY: &[Entry] = &[
 #[cfg(feature = "long")]
 #[rustfmt::skip]
 const FURTHER: &[Entry] = &[
+    ("scene, baffle, last step, degree 1", |seed| scene::examined::<3>(Place::Baffle, true, seed)),
+    ("room, square", |seed| room::examined(&room::square(), 24, 1e-6, seed)),
+    ("cube, d = 1, s t^2", |seed| cube::examined::<1>(model::quadratic(0.6), 10, 4, seed)),
+    ("circle, n = 35", |seed| circle::examined::<1>(35, LIGHT, seed)),
     ("toy, constant, degree 1", |seed| constant_toy::<2>(7, seed)),
     ("circle, furnace, n = 20", |seed| circle::examined::<1>(20, circle::FURNACE, seed)),
     ("circle, degree 2, n = 20", |seed| circle::examined::<3>(20, LIGHT, seed)),

@@ -35,10 +35,10 @@ fn run_means<F: Real>(
 
 #[test]
 fn in_a_furnace_all_is_one() {
-    fn at<F: Real>(walks: u64) {
+    fn at<F: Real>(cells: usize, walks: u64) {
         for drawing in scenes() {
             let drawing = glowing(&drawing);
-            let setup = Setup::new::<F>(&drawing, 100, Grading::default()).unwrap();
+            let setup = Setup::new::<F>(&drawing, cells, Grading::default()).unwrap();
             let floor = rounding_floor::<F>(1.0, 1.0, 0.85);
             for way in WAYS {
                 for options in all_ways(1) {
@@ -53,9 +53,9 @@ fn in_a_furnace_all_is_one() {
             }
         }
     }
-    let walks = if long() { 10_000 } else { 2_000 };
-    at::<f64>(walks);
-    at::<f32>(walks);
+    let (cells, walks) = if long() { (100, 10_000) } else { (50, 500) };
+    at::<f64>(cells, walks);
+    at::<f32>(cells, walks);
 }
 
 #[test]

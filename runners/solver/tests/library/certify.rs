@@ -7,6 +7,8 @@ use fredholm::{
 };
 use fredholm_core::{DefaultGenerator, RngUniforms, Uniforms, WalkSeeds};
 
+use crate::common::is_long;
+
 /// u = a + b sin(wx + p) with K = c + d xy on [0, 1], and F from both.
 #[derive(Clone, Copy, Debug)]
 struct Sine {
@@ -51,10 +53,6 @@ fn sines(count: u64) -> Vec<Sine> {
         }
     };
     (0..count).map(one).collect()
-}
-
-fn is_long() -> bool {
-    std::env::var_os("FREDHOLM_LONG").is_some()
 }
 
 fn certified(
@@ -113,7 +111,7 @@ fn a_bump_in_one_cell_is_found_where_it_is() {
 fn right_solutions_raise_few_false_alarms() {
     let [(count, most), (many, most_of_many)] = match is_long() {
         true => [(300, 31); 2],
-        false => [(5, 3), (100, 15)],
+        false => [(3, 2), (40, 8)],
     };
     let alarms = |count, certify: &dyn Fn(Solver<'_>, Sine) -> Certificate| {
         let all = (1..).zip(sines(count));

@@ -2,6 +2,8 @@
 
 use fredholm::{CubeModel, Report, SolveError, Solver};
 
+use crate::common::is_long;
+
 /// An equation on the unit cube of so many dimensions, or on an interval.
 struct Case {
     name: &'static str,
@@ -15,6 +17,9 @@ struct Case {
     /// Seeds in the short form.
     few: u32,
 }
+
+/// Seeds in the short form, of what is in it.
+const FEW: u32 = 10;
 
 type Solution = Box<dyn Fn(&[f64]) -> f64>;
 
@@ -91,7 +96,7 @@ fn cases() -> Vec<Case> {
             &[1.0],
             [3.0 + root * 1.0_f64.sin(), 3.0 + root * 2.0 / pi],
             1e-5,
-            40,
+            FEW,
         )
         .solved(pi, move |x| 3.0 + root * x[0].sin()),
         case(
@@ -103,7 +108,7 @@ fn cases() -> Vec<Case> {
                 (0.5 * green).tan() / (0.5 * green),
             ],
             1e-5,
-            40,
+            FEW,
         )
         .solved(1.0, move |x| {
             (green * (x[0] - 0.5)).cos() / (0.5 * green).cos()
@@ -138,7 +143,7 @@ fn cases() -> Vec<Case> {
             &[0.3, 0.4],
             [1.0 + 0.3 * 10.0 / 21.0, 1.5 + 5.0 / 21.0],
             1e-3,
-            40,
+            FEW,
         )
         .solved(1.0, |x| 1.0 + step(x[0] + x[1] > 1.0) + 10.0 / 21.0 * x[0]),
         case(
@@ -147,7 +152,7 @@ fn cases() -> Vec<Case> {
             &[0.6],
             [1.0 + 0.3 * all + 20.0 * in_needle, all],
             1e-3,
-            40,
+            FEW,
         )
         .solved(1.0, move |x| {
             1.0 + 0.3 * all + 20.0 * in_needle * bump(x[0], 0.6)
@@ -179,7 +184,7 @@ fn cases() -> Vec<Case> {
             &[0.5],
             [5.0 / 3.0; 2],
             1e-3,
-            40,
+            FEW,
         )
         .solved(1.0, |_| 5.0 / 3.0),
         case(
@@ -193,7 +198,7 @@ fn cases() -> Vec<Case> {
             // u = 1 + 0.1 c (1 + x), where c is ∫ u/√(y(1 − y)) = π (1 + 0.15 c).
             [1.0 + 1.5 * both_ends; 2],
             1e-4,
-            40,
+            FEW,
         )
         .solved(1.0, move |x| 1.0 + both_ends * (1.0 + x[0])),
         case(
@@ -292,9 +297,8 @@ fn numbers(case: &Case, seed: u64) -> Result<[[f64; 3]; 2], SolveError> {
 /// The number of seeds of a long form, if one is asked for: `FREDHOLM_SEEDS=1000` has as many of all cases, `FREDHOLM_LONG` 200.
 fn seeds() -> Option<u32> {
     let seeds = std::env::var("FREDHOLM_SEEDS").ok();
-    let is_long = std::env::var_os("FREDHOLM_LONG").is_some();
     let seeds = seeds.and_then(|text| text.parse().ok());
-    seeds.or(is_long.then_some(200))
+    seeds.or(is_long().then_some(200))
 }
 
 /// At least so many of n intervals of 95 % hold but in one of 3·10⁴ runs.

@@ -12,6 +12,8 @@ use std::time::Instant;
 use fredholm::{CubeModel, Method, Report, SolveError, Solver};
 use fredholm_core::{DefaultGenerator, RngUniforms, Uniforms, WalkSeeds};
 
+use crate::common::is_long;
+
 /// Nodes and weights of the Gauss rule of ten points on [−1, 1], half of them: from Abramowitz and Stegun, table 25.4.
 const GAUSS: [[f64; 2]; 5] = [
     [0.148_874_338_981_631_22, 0.295_524_224_714_752_87],
@@ -354,10 +356,7 @@ fn members() -> Range<u64> {
         let first: u64 = first.parse().ok()?;
         Some(first..first + count.parse::<u64>().ok()?)
     };
-    let most = match std::env::var_os("FREDHOLM_LONG") {
-        Some(_) => 400,
-        None => 4,
-    };
+    let most = if is_long() { 400 } else { 4 };
     std::env::var("FREDHOLM_FAMILY")
         .ok()
         .and_then(of)
@@ -372,7 +371,6 @@ fn a_random_family_is_solved_or_refused_for_a_reason() {
     let (mut late, mut refused, mut failures) = (0, 0, Vec::new());
     let seeds = std::env::var("FREDHOLM_SEEDS").ok();
     let seeds: u64 = seeds.and_then(|text| text.parse().ok()).unwrap_or(1);
-    let is_long = std::env::var_os("FREDHOLM_LONG").is_some();
     let has_ladder = std::env::var_os("FREDHOLM_LADDER").is_some();
     let mut ratios = Vec::new();
     for number in members() {
@@ -384,7 +382,7 @@ fn a_random_family_is_solved_or_refused_for_a_reason() {
         );
         if matches!(&outcome, Outcome::Refused { why, .. } if why.contains("the time limit")) {
             late += 1;
-            if is_long && member.factors.len() <= 2 {
+            if is_long() && member.factors.len() <= 2 {
                 outcome = member.solve(LONGER, 1);
                 println!("     with a longer time limit: {outcome}");
             }

@@ -7,6 +7,8 @@ use fredholm::{
 };
 use fredholm_core::{DefaultGenerator, RngUniforms, Uniforms, WalkSeeds};
 
+use crate::common::is_long;
+
 const REFRACTORY: [&str; 5] = ["sill", "end", "roof east", "roof west", "back"];
 const UNKNOWN: [&str; 2] = ["load emissivity", "burner emissivity"];
 
@@ -115,9 +117,8 @@ fn distance(found: [f64; 2], c: &[Vec<f64>]) -> f64 {
 /// Emissivities of furnaces from five temperatures, with the temperature of the burner uncertain in half of them.
 #[test]
 fn ellipses_of_emissivities_cover_the_truth() {
-    let is_long = std::env::var_os("FREDHOLM_LONG").is_some();
     // Bounds of the binomial distribution with 95 % that are missed once in a thousand times, or more seldom.
-    let (count, least) = if is_long { (200, 178) } else { (6, 3) };
+    let (count, least) = if is_long() { (200, 178) } else { (3, 1) };
     let (mut covered, mut in_interval, mut solutions, mut chi_square) = (0, 0, 0, 0.0);
     for number in 0..count {
         let mut draws = Draws::new(number);

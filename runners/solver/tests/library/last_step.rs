@@ -124,7 +124,7 @@ fn furnaces() {
                         if is_slow && scalar == Scalar::F32 {
                             continue;
                         }
-                        let solver = asked(&model).cells(40).degree(degree).pairs(pairs);
+                        let solver = asked(&model).cells(20).degree(degree).pairs(pairs);
                         let solver = solver.form(form).scalar(scalar);
                         let solver = ended(solver, estimator);
                         let report = solver.walks(500).solve().unwrap();

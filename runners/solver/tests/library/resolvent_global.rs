@@ -5,7 +5,7 @@ use core::f64::consts::PI;
 
 use fredholm::{CubeModel, CustomModel, Method, Report, Solver};
 
-use crate::common::Line;
+use crate::common::{Line, is_long};
 
 /// An equation of which u is known everywhere.
 struct Case {
@@ -150,12 +150,11 @@ impl Case {
 #[test]
 fn bands_hold_and_values_are_unbiased() {
     for case in &CASES {
-        let is_long = std::env::var_os("FREDHOLM_LONG").is_some();
-        let (seeds, holds) = match (case.domain.len(), is_long) {
+        let (seeds, holds) = match (case.domain.len(), is_long()) {
             (1, true) => (200_u32, 175..=199),
             (_, true) => (40, 32..=40),
-            (1, false) => (20, 15..=20),
-            (_, false) => (4, 2..=4),
+            (1, false) => (8, 5..=8),
+            (_, false) => (2, 1..=2),
         };
         let model = case.model();
         let points = case.points();

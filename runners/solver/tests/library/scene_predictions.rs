@@ -8,9 +8,7 @@ use fredholm::systems::{SavedSystem, SystemOf, SystemStore};
 use fredholm::{Error, Estimator, Scalar, SceneModel, Solver, System};
 use fredholm_core::{DefaultGenerator, RngUniforms, Uniforms, WalkSeeds};
 
-fn long() -> bool {
-    std::env::var_os("FREDHOLM_LONG").is_some()
-}
+use crate::common::is_long;
 
 /// One system, in memory.
 #[derive(Default)]
@@ -146,7 +144,7 @@ fn compared(number: u64) -> Vec<Compared> {
         let solver = solver.cells(cells).degree(degree).absorption(absorption);
         let solver = solver.estimator(estimator).systems(&one);
         let diagnosis = solver.diagnose().unwrap();
-        let (runs, walks) = if long() { (32, 16_384) } else { (8, 4096) };
+        let (runs, walks) = if is_long() { (32, 16_384) } else { (8, 2048) };
         let reports: Vec<_> = (1..=runs)
             .map(|seed| solver.clone().walks(walks).seed(seed).solve().unwrap())
             .collect();
@@ -179,7 +177,7 @@ fn compared(number: u64) -> Vec<Compared> {
 /// is measured, which a point beside a lamp needs most.
 #[test]
 fn predictions_of_random_scenes() {
-    let scenes: Vec<u64> = if long() {
+    let scenes: Vec<u64> = if is_long() {
         (0..48).collect()
     } else {
         vec![1, 6]

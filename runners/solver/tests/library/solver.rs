@@ -474,7 +474,7 @@ fn lifts_are_predicted() {
         let predicted = solver.diagnose().unwrap();
         assert_eq!(predicted.lift, Some(lift));
         assert!(predicted.other_pairs.is_empty());
-        let report = solver.walks(1 << 17).solve().unwrap();
+        let report = solver.walks(1 << 15).solve().unwrap();
         for (goal, target) in report.goals.iter().zip(&predicted.targets) {
             for (measured, predicted) in [
                 (goal.plain.std_dev, target.plain),

@@ -43,7 +43,7 @@ fn intervals_contain_the_exact_value() {
     let seeds = if std::env::var_os("FREDHOLM_LONG").is_some() {
         1000
     } else {
-        40
+        12
     };
     let room = || shapes::room([0.0; 3], [1.0; 3]);
     let blocks = shapes::block([0.15, 0.15, 0.02], [0.45, 0.45, 0.6])

@@ -12,7 +12,7 @@ use fredholm_scene_model::{
     Beside, Camera, Colours, Enclosure, Material, NamedSurface, SceneModel, ViewRequest, shapes,
 };
 
-const WALKS: u64 = 16_000;
+const WALKS: u64 = 8000;
 
 /// A room with a block and a small lamp on the ceiling, and its floor black: every reflectance times a number.
 fn room(times: f64, scalar: Scalar) -> SceneModel {
@@ -51,7 +51,7 @@ fn coloured(channels: usize) -> SceneModel {
 
 fn settings() -> Settings {
     Settings {
-        cells: Some(150),
+        cells: Some(60),
         degree: Some(1),
         ..Settings::default()
     }

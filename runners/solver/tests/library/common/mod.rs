@@ -4,6 +4,11 @@ use fredholm_core::galerkin::{Basis, Cells, TransitionMoments};
 use fredholm_core::resolvent::Regular;
 use fredholm_core::{Chain, Density, Equation, Located, Space, Uniforms};
 
+/// Whether the long forms of the tests are asked for.
+pub(crate) fn is_long() -> bool {
+    std::env::var_os("FREDHOLM_LONG").is_some()
+}
+
 /// An equation on [0, 1] by its kernel, its source and its number of cells; as a chain, whose steps are uniform, and for resolvent walks.
 #[derive(Clone, Copy)]
 pub(crate) struct Line<K, S>(pub(crate) K, pub(crate) S, pub(crate) usize);

@@ -6,7 +6,7 @@ use fredholm::{CubeModel, CustomModel, Estimator, Method, Pairs, Solver};
 use fredholm_core::Located;
 use fredholm_core::galerkin::{Cells, PairIntegral};
 
-use crate::common::Line;
+use crate::common::{Line, is_long};
 
 /// u(x) = ½ ∫₀¹ exp(−xy) u(y) dy + 1 + x.
 type Laplace = Line<fn(f64, f64) -> f64, fn(f64) -> f64>;
@@ -27,8 +27,7 @@ impl PairIntegral for Laplace {
 
 /// Points of a diagnosis, whose work grows with their square: a quarter is enough for a kernel that is so smooth.
 fn nodes() -> usize {
-    let is_long = std::env::var_os("FREDHOLM_LONG").is_some();
-    if is_long { 2000 } else { 500 }
+    if is_long() { 2000 } else { 500 }
 }
 
 fn cube() -> CubeModel {

@@ -14,6 +14,8 @@ use fredholm::{
     Scalar, SolveError, SolveObserver, Solver, Tolerance, WeightFn,
 };
 
+use crate::common::is_long;
+
 const LIGHT: Harmonic = Harmonic {
     constant: 5.0,
     amplitude: 1.0,
@@ -69,10 +71,6 @@ impl Case {
     }
 }
 
-fn long() -> bool {
-    std::env::var_os("FREDHOLM_LONG").is_some()
-}
-
 /// The fewest successes of n with probability p that leave all but `tail` of the distribution above them.
 fn fewest(n: u32, p: f64, tail: f64) -> u32 {
     // In logarithms: of a thousand the first probabilities are no numbers of f64.
@@ -98,7 +96,7 @@ const T: f64 = 1.998_34;
 /// 0.075))²/0.025² = 5,100 cases: five problems have 5,000, of which the binomial law is asked itself.
 #[test]
 fn bands_cover() {
-    let seeds = if long() { 1000 } else { 20 };
+    let seeds = if is_long() { 1000 } else { 8 };
     let (mut all, mut count) = ([0; 4], 0);
     for case in cases() {
         let mut found = [0_u32; 4];
@@ -133,7 +131,7 @@ fn bands_cover() {
             "{}: {} pointwise, {} everywhere of {seeds}; 9 % narrower {} and {}",
             case.name, found[0], found[1], found[2], found[3]
         );
-        if long() {
+        if is_long() {
             covers(case.name, [found[0], found[1]], seeds as u32);
         }
         for (all, found) in all.iter_mut().zip(found) {
@@ -142,7 +140,7 @@ fn bands_cover() {
         count += seeds as u32;
     }
     covers("all", [all[0], all[1]], count);
-    if long() {
+    if is_long() {
         let least = fewest(count, GlobalEstimate::BAND_LEVEL, 1e-4);
         assert!(
             all[2] < least && all[3] < least,
@@ -168,7 +166,7 @@ fn functionals(case: &Case) -> Vec<(Region, f64)> {
         let value = case.model.exact(&region).unwrap().unwrap();
         (region, value)
     };
-    let count = if long() { 200 } else { 60 };
+    let count = if is_long() { 200 } else { 60 };
     let mut all: Vec<(Region, f64)> = Vec::new();
     all.extend(case.model.grid(case.grid, None).into_iter().map(exact));
     if case.model.about().kind == "circle" {
@@ -183,7 +181,7 @@ fn functionals(case: &Case) -> Vec<(Region, f64)> {
     let dimension = case.model.about().dimension.unwrap();
     all.push((Region::Whole, 2.0 + 2.0 * dimension as f64 / PI));
     // In three dimensions their integrals take nearly all of this test's time.
-    let weights = if dimension < 3 || long() { 2 } else { 0 };
+    let weights = if dimension < 3 || is_long() { 2 } else { 0 };
     for (waves, integral) in [(1.0, 0.5), (2.0, -2.0 / (3.0 * PI))]
         .into_iter()
         .take(weights)
@@ -207,7 +205,7 @@ fn functionals(case: &Case) -> Vec<(Region, f64)> {
 #[test]
 fn functionals_are_unbiased() {
     const MOST: f64 = 5.6;
-    let walks = if long() { 1 << 24 } else { 1 << 14 };
+    let walks = if is_long() { 1 << 24 } else { 1 << 12 };
     for case in cases() {
         let functionals = functionals(&case);
         let regions: Vec<Region> = functionals
@@ -370,7 +368,7 @@ fn the_projection_is_told_where_it_matters() {
     };
     assert!(off(&whole) > 10.0);
     // Without a bias fewer walks show as much.
-    let walks = if long() { 1 << 20 } else { 1 << 16 };
+    let walks = if is_long() { 1 << 20 } else { 1 << 16 };
     let whole = solver.score_degree(6).walks(walks).whole().unwrap();
     assert!(off(&whole) < 5.0);
 }

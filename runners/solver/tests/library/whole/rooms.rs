@@ -6,7 +6,9 @@ use fredholm::{
     SphereModel,
 };
 
-use super::{fewest, long, refused, threads_change_no_bit_of};
+use crate::common::is_long;
+
+use super::{fewest, refused, threads_change_no_bit_of};
 
 /// A room with a lit wall, a black one, and a box that hides walls from each other; its ceiling may be missing.
 fn room(open: bool) -> RoomModel {
@@ -49,7 +51,7 @@ fn regions(model: &RoomModel) -> Vec<Region> {
 
 /// F + T_K v on many cells of degree 3: an error that walks on few cells do not see.
 fn fine(model: &RoomModel) -> GlobalEstimate<'_> {
-    let cells = if long() { 400 } else { 160 };
+    let cells = if is_long() { 400 } else { 160 };
     let solver = Solver::new(model).cells(cells).degree(3);
     solver.walks(1).whole().unwrap()
 }
@@ -61,7 +63,7 @@ fn fine(model: &RoomModel) -> GlobalEstimate<'_> {
 #[test]
 fn values_are_those_of_a_fine_solution() {
     const MOST: f64 = 5.6;
-    let (cells, walks) = if long() {
+    let (cells, walks) = if is_long() {
         (120, [1 << 24, 1 << 20])
     } else {
         (40, [1 << 14; 2])
@@ -252,7 +254,7 @@ fn pictures_are_those_of_a_fine_solution() {
 /// **Bands cover** the room everywhere at once, and the sphere; by day 40 seeds of each, in the long form 1,000.
 #[test]
 fn bands_cover() {
-    let seeds = if long() { 1000 } else { 40 };
+    let seeds = if is_long() { 1000 } else { 12 };
     let model = room(false);
     let fine = fine(&model);
     let walls = model.spread(60.0);
@@ -309,7 +311,7 @@ fn a_sphere_has_its_solution() {
     let mut regions = model.spread(100.0);
     regions.push(Region::Whole);
     for (estimator, absorption) in [(Estimator::Absorption, 0.2), (Estimator::Collision, 0.3)] {
-        let walks = if long() { 1 << 24 } else { 1 << 15 };
+        let walks = if is_long() { 1 << 24 } else { 1 << 15 };
         let solver = Solver::new(&model)
             .cells(72)
             .walks(walks)
@@ -328,11 +330,12 @@ fn a_sphere_has_its_solution() {
     }
     // The mean has the square of the work of a point.
     regions.pop();
-    let fine = Solver::new(&model).cells(1800).walks(1).whole().unwrap();
+    let (cells, most) = if is_long() { (1800, 2e-3) } else { (450, 8e-3) };
+    let fine = Solver::new(&model).cells(cells).walks(1).whole().unwrap();
     for (region, value) in regions.iter().zip(fine.values(&regions).unwrap()) {
         let exact = model.exact(region).unwrap().unwrap();
         assert!(
-            (value.iterate - exact).abs() < 2e-3,
+            (value.iterate - exact).abs() < most,
             "{region:?} {value:?} {exact}"
         );
     }

@@ -3,7 +3,9 @@
 use fredholm::scene::{Enclosure, Material, NamedSurface, SkyLight, shapes};
 use fredholm::{Estimator, Form, GlobalEstimate, GlobalValue, Region, Scalar, SceneModel, Solver};
 
-use super::{long, refused, threads_change_no_bit_of};
+use crate::common::is_long;
+
+use super::{refused, threads_change_no_bit_of};
 
 /// A box whose ceiling shines and whose floor is black, with walls of two reflectances; without its ceiling an open one.
 fn room(is_open: bool) -> SceneModel {
@@ -51,7 +53,7 @@ fn means_are_those_of_separate_walks() {
     let lit = open.scene().clone().with_sky(sky).unwrap();
     let lit = SceneModel::of_scene(open.names().to_vec(), lit);
     let models = [room(false), open, lit];
-    let times = if long() { 100 } else { 1 };
+    let times = if is_long() { 100 } else { 1 };
     for (number, model) in models.iter().enumerate() {
         let regions = regions(model);
         let solver = Solver::new(model).cells(40).degree(1).walks(4096 * times);
@@ -130,11 +132,11 @@ fn fewest(n: f64, p: f64) -> f64 {
     n * p - 3.72 * (n * p * (1.0 - p)).sqrt() - 1.0
 }
 
-/// **Bands cover** all cells at once: what is exact comes from all other seeds, by day 40 and in the long form 1,000. Its own error is
+/// **Bands cover** all cells at once: what is exact comes from all other seeds, by day 12 and in the long form 1,000. Its own error is
 /// allowed for.
 #[test]
 fn bands_cover() {
-    let seeds = if long() { 1000 } else { 40 };
+    let seeds = if is_long() { 1000 } else { 12 };
     let model = room(false);
     let run = |seed: u64| -> Vec<GlobalValue> {
         let solver = Solver::new(&model).cells(12).degree(0).seed(seed);
