@@ -285,7 +285,7 @@ fn a_room_in_colours() {
     let again = out("again.csv", &["--width", "24", "--threads", "1"]);
     assert_eq!(std::fs::read(csv).unwrap(), std::fs::read(again).unwrap());
 
-    let svg = out("room.svg", &["--width", "100", "--targets"]);
+    let svg = out("room.svg", &["--width", "300", "--targets"]);
     let text = std::fs::read_to_string(svg).unwrap();
     for words in [">luminance<", ">corner<", "colour of its light"] {
         assert!(text.contains(words), "{words}");
@@ -298,7 +298,7 @@ fn a_room_in_colours() {
         (&lit, "--targets"),
     ] {
         let png = folder.at("room.png");
-        common::fredholm(&["render", file, "--out", &png, "--width", "100", option]).quietly(0);
+        common::fredholm(&["render", file, "--out", &png, "--width", "240", option]).quietly(0);
         assert!(std::fs::read(png).unwrap().starts_with(b"\x89PNG"));
     }
 }

@@ -121,7 +121,7 @@ fn a_circle_has_rates_too() {
 fn rooms_have_rates_by_the_clock() {
     let folder = Folder::new();
     let example = example("facet.toml");
-    let all = "400,100,200,100";
+    let all = "200,50,100,50";
     let few = if is_long() { all } else { "50,100" };
     let rates = |levels: &str, args: &[&str]| {
         let command = ["rates", &example, "--cells", levels, "--walks", "20000"];
@@ -132,7 +132,7 @@ fn rooms_have_rates_by_the_clock() {
     let json = ran.json();
     let rows = list(&json, "rows");
     let cells: Vec<f64> = rows.iter().map(|row| number(row, "cells")).collect();
-    assert_eq!(cells, [100.0, 200.0, 400.0]);
+    assert_eq!(cells, [50.0, 100.0, 200.0]);
     for row in rows {
         let n = number(row, "unknowns");
         assert_eq!(number(row, "walks"), n * n);
@@ -165,7 +165,7 @@ fn rooms_have_rates_by_the_clock() {
     }
     for (args, word) in [
         (["--cells", "0"], "`--cells 0`"),
-        (["--cells", "100000000"], "GB of memory"),
+        (["--cells", "10000000"], "GB of memory"),
         (["--grading", "0.5"], "`--grading 0.5`"),
         (["--walks", "1"], "--walks"),
     ] {

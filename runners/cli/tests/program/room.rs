@@ -136,7 +136,7 @@ fn every_example_is_a_furnace_if_it_glows() {
         );
         for (pairs, walks) in [("rays", "20000"), ("pointwise", "2000")] {
             let args = [
-                "--json", "--cells", "200", "--pairs", pairs, "--walks", walks,
+                "--json", "--cells", "60", "--pairs", pairs, "--walks", walks,
             ];
             let json = folder.solve(&problem, &args).quietly(0).json();
             let targets = list(&json, "targets");

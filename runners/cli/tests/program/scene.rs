@@ -25,6 +25,8 @@ polygon = [[1, 0.2, 0.7], [1, 0.8, 0.7], [1, 0.8, 0], [1, 0.2, 0]]
 {back}
 [walk]
 walks = 2000
+[galerkin]
+cells = 60
 [[target]]
 name = "corner"
 at = [0, 0, 0]
@@ -472,22 +474,10 @@ fn what_a_scene_is_not_asked() {
         "did you mean \"back\"?",
     );
     refused("[\"screen\", \"back\"]", "[0, 1]", "`over` must be");
-    refused(
-        "[walk]",
-        "[galerkin]\npairs = \"paper\"\n[walk]",
-        "leave `pairs` out",
-    );
-    refused(
-        "[walk]",
-        "[galerkin]\npairs = \"rays\"\n[walk]",
-        "leave `pairs` out",
-    );
-    refused("[walk]", "[galerkin]\ndegree = 3\n[walk]", "degree");
-    refused(
-        "[walk]",
-        "[galerkin]\npoints = 3\n[walk]",
-        "`points` belongs to cubes",
-    );
+    refused("cells = 60", "pairs = \"paper\"", "leave `pairs` out");
+    refused("cells = 60", "pairs = \"rays\"", "leave `pairs` out");
+    refused("cells = 60", "degree = 3", "degree");
+    refused("cells = 60", "points = 3", "`points` belongs to cubes");
     let file = folder.file("right.toml", &whole);
     // Everything is dark and nobody waits: both estimates are 0.
     let dark = ended(0, &["solve", &file, "--cells", "20", "--json"]).json();

@@ -110,7 +110,7 @@ fn derivatives_of_net_fluxes_are_those_of_differences() {
         [[problem.surface]]\nname = 'rest'\npolygons = [[[0, 0, 1], [0, 1, 1], [1, 1, 1], [1, 0, 1]],\
         [[0, 0, 0], [0, 0, 1], [1, 0, 1], [1, 0, 0]], [[1, 0, 0], [1, 0, 1], [1, 1, 1], [1, 1, 0]],\
         [[1, 1, 0], [1, 1, 1], [0, 1, 1], [0, 1, 0]], [[0, 1, 0], [0, 1, 1], [0, 0, 1], [0, 0, 0]]]\nemissivity = 0.5\ntemperature = 280\n\
-        [[target]]\nname = 'floor'\nover = 'floor'\nask = 'net_flux'\n[walk]\nwalks = 10000\n";
+        [[target]]\nname = 'floor'\nover = 'floor'\nask = 'net_flux'\n[walk]\nwalks = 10000\n[galerkin]\ncells = 60\n";
     let moves = [
         ("floor temperature", "temperature = 310", 0.5),
         ("floor emissivity", "emissivity = 0.9", 0.01),
@@ -149,7 +149,7 @@ const VACUUM: &str = "[problem]\nkind = 'vacuum'\n\
     [[problem.surface]]\nname = 'pump'\npolygon = [[0, 0, 1], [0, 1, 1], [1, 0, 1]]\nsticking = 0.4\n\
     [[problem.surface]]\nname = 'walls'\npolygons = [[[0, 0, 0], [0, 0, 1], [1, 0, 1], [1, 0, 0]],\
     [[1, 0, 0], [1, 0, 1], [0, 1, 1], [0, 1, 0]], [[0, 1, 0], [0, 1, 1], [0, 0, 1], [0, 0, 0]]]\nsticking = 0.1\n\
-    [[target]]\nname = 'floor'\nover = 'floor'\n[walk]\nwalks = 10000\n";
+    [[target]]\nname = 'floor'\nover = 'floor'\n[walk]\nwalks = 10000\n[galerkin]\ncells = 60\n";
 
 /// Quantities of a vacuum are those of its words: the pressure by a sticking factor, and by what a surface gives off in all.
 #[test]
@@ -179,7 +179,7 @@ const SUN: &str = "[problem]\nkind = 'scene'\nopen = true\nsky = { emission = 10
     [[problem.surface]]\nname = 'wall'\npolygon = [[0, 4, 0], [4, 4, 0], [4, 4, 3], [0, 4, 3]]\nreflectance = 0.6\n\
     [[problem.surface]]\nname = 'side'\npolygon = [[0, 0, 0], [0, 4, 0], [0, 4, 2], [0, 0, 2]]\nreflectance = 0.3\n\
     [[target]]\nname = 'ground'\nover = 'ground'\n[[target]]\nname = 'wall'\nat = { surface = 'wall', point = [2, 4, 1] }\n\
-    [walk]\nwalks = 40000\n";
+    [walk]\nwalks = 40000\n[galerkin]\ncells = 60\n";
 
 /// A mesh of the faces has what their surfaces mean to every target, for viewers.
 #[test]

@@ -32,7 +32,7 @@ fn kind<M: Model + 'static>(name: &'static str, model: impl Fn() -> M) -> Kind {
 }
 
 fn kinds() -> [Kind; 7] {
-    let own = Line(|x: f64, y: f64| 0.5 * x * y, |x: f64| x, 1);
+    let own = Line::new(|x: f64, y: f64| 0.5 * x * y, |x: f64| x, 1);
     let wall = |reflectance, emission| Material {
         reflectance,
         emission,
@@ -102,7 +102,7 @@ fn kinds() -> [Kind; 7] {
         scenes,
         kind("sphere", move || SphereModel::new(sphere)),
         kind("tube", move || TubeModel::new(tube)),
-        kind("own", move || CustomModel::from_kernel(own)),
+        kind("own", move || CustomModel::from_kernel(own.clone())),
     ]
 }
 

@@ -91,7 +91,7 @@ fn a_bump_in_one_cell_is_found_where_it_is() {
     for own in sines(count) {
         let model = own.model();
         let bump = |x: f64| if (0.37..0.38).contains(&x) { 1e-4 } else { 0.0 };
-        let solver = Solver::new(&model);
+        let solver = Solver::new(&model).walks(8000);
         let certificate = certified(&solver, move |x| own.u(x) + bump(x));
         let largest = certificate.largest().unwrap();
         let [error, std_error] = [largest.error.unwrap(), largest.std_error.unwrap()];
@@ -216,7 +216,7 @@ fn every_kind_certifies_its_solution() {
 fn what_cannot_be_compared_is_refused() {
     let u = CubeModel::on_interval([0.0, 1.0], |x, y| 0.5 * x * y, |x| x);
     let message = |result: Result<Certificate, SolveError>| result.err().unwrap().to_string();
-    let solver = Solver::new(&u).at(0.5);
+    let solver = Solver::new(&u).at(0.5).walks(8000);
     assert!(
         message(solver.certify_values(&[1.0, 2.0], 0.0))
             .contains("2 values are given, and 1 are asked for")
@@ -241,7 +241,7 @@ fn what_cannot_be_compared_is_refused() {
     );
     // A mean of a jump is not known to twelve digits.
     let jump = |x: &[f64]| if x[0] < 0.3 { 1.0 } else { 2.0 };
-    let certificate = Solver::new(&u).mean().certify(jump).unwrap();
+    let certificate = Solver::new(&u).mean().walks(8000).certify(jump).unwrap();
     assert_eq!(certificate.values[0].given, None);
     // A wrong solution is told of walks that do not reach the error, too.
     let settings = Settings {

@@ -44,7 +44,7 @@ fn tube(reflectance: f64) -> TubeModel {
 }
 
 fn own(size: f64) -> impl Model {
-    CustomModel::from_kernel(Line(move |x: f64, y: f64| size * x * y, |x: f64| x, 1))
+    CustomModel::from_kernel(Line::new(move |x: f64, y: f64| size * x * y, |x: f64| x, 1))
 }
 
 /// An equation alone, and one of two channels whose first is that.

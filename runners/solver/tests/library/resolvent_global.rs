@@ -242,7 +242,7 @@ fn the_function_is_kept() {
     let weight = |x: &f64| (x - 1.0 / 3.0).abs();
     let model = CustomModel::from_cells(|cells| {
         let kernel = |x, y| (CASES[2].kernel)(&[x], &[y]);
-        Ok::<_, Infallible>(Line(kernel, |_| 1.0, cells))
+        Ok::<_, Infallible>(Line::new(kernel, |_| 1.0, cells))
     })
     .with_coordinates([UNIT])
     .weight("edge", weight);

@@ -143,7 +143,7 @@ fn sequences_keep_the_mean_and_gain() {
 /// K = 0.4 + ½ cos mπx cos πy with u = 2 + x: ∫ K u = 1 − cos mπx/π², as ∫ y cos πy = −2/π².
 macro_rules! waves {
     ($m:expr) => {
-        CustomModel::from_kernel(Line(
+        CustomModel::from_kernel(Line::new(
             |x: f64, y: f64| 0.4 + 0.5 * ($m * PI * x).cos() * (PI * y).cos(),
             |x: f64| 1.0 + x + ($m * PI * x).cos() / (PI * PI),
             1,
@@ -166,10 +166,10 @@ fn lifts_gain_and_keep_the_mean() {
     let rough = waves!(9.0);
     // u = 1, and 2 from 3/8 on: ∫ u = 13/8.
     let jump = |x: f64| if x < 0.375 { 1.0 } else { 2.0 };
-    let jump = CustomModel::from_kernel(Line(|_, _| 0.5, move |x| jump(x) - 0.8125, 1))
+    let jump = CustomModel::from_kernel(Line::new(|_, _| 0.5, move |x| jump(x) - 0.8125, 1))
         .with_solution(move |x| jump(*x));
     // K is cut at y = x: ∫ ½ exp(−|x − y|) (1 + y) dy = 1 + x − 3/2 exp(x − 1).
-    let kink = CustomModel::from_kernel(Line(
+    let kink = CustomModel::from_kernel(Line::new(
         |x: f64, y: f64| 0.5 * (-(x - y).abs()).exp(),
         |x: f64| 1.5 * (x - 1.0).exp(),
         1,

@@ -9,13 +9,12 @@ use fredholm_core::galerkin::{Cells, PairIntegral};
 use crate::common::{Line, is_long};
 
 /// u(x) = ½ ∫₀¹ exp(−xy) u(y) dy + 1 + x.
-type Laplace = Line<fn(f64, f64) -> f64, fn(f64) -> f64>;
-
-fn laplace(cells: usize) -> Result<Laplace, Infallible> {
-    Ok(Line(|x, y| 0.5 * (-x * y).exp(), |x| 1.0 + x, cells))
+fn laplace(cells: usize) -> Result<Line, Infallible> {
+    Ok(Line::new(|x, y| 0.5 * (-x * y).exp(), |x| 1.0 + x, cells))
 }
 
-impl PairIntegral for Laplace {
+/// Of the kernel of `laplace`.
+impl PairIntegral for Line {
     fn pair_integral(&self, x: &Located<f64>, j: usize) -> [f64; 1] {
         let width = self.measure(j);
         let middle = (j as f64 + 0.5) * width;
