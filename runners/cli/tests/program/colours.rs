@@ -298,7 +298,7 @@ fn a_room_in_colours() {
         (&lit, "--targets"),
     ] {
         let png = folder.at("room.png");
-        common::fredholm(&["render", file, "--out", &png, "--width", "240", option]).quietly(0);
+        common::fredholm(&["render", file, "--out", &png, "--width", "310", option]).quietly(0);
         assert!(std::fs::read(png).unwrap().starts_with(b"\x89PNG"));
     }
 }

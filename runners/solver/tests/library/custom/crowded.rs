@@ -188,7 +188,7 @@ fn what_a_chain_says_decides_which_states_are_scored() {
         assert!(alone[0] < 5.1 && known[0] < 5.1, "{alone:?} {known:?}");
         assert!(known[1] < 0.8 * alone[1], "{alone:?} {known:?}");
     }
-    let wrong = walked(&wrong, (0, Estimator::Collision), 1 << 21);
+    let wrong = walked(&wrong, (0, Estimator::Collision), 1 << 22);
     println!("{wrong:?}");
     assert!(wrong[0] > 10.0, "{wrong:?}");
 }
