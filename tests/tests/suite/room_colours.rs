@@ -232,7 +232,7 @@ where
 }
 
 fn seeds() -> core::ops::Range<u64> {
-    0..if long() { 40 } else { 4 }
+    0..if long() { 40 } else { 2 }
 }
 
 /// F_c = (1 − ρ_c) U_c gives u_c = U_c in every room, plain and preconditioned, with and without a last step to the light.

@@ -10,7 +10,7 @@ use fredholm_tests::galerkin::Tables;
 use fredholm_tests::toy::{ALL, ALL_POINTWISE, Bands, MIXED, Mean, POINTWISE_DIAGONAL, Toy};
 
 const CELLS: usize = 8;
-const WALKS: u64 = 200_000;
+const WALKS: u64 = 50_000;
 
 /// As a user sets it up, with coefficients that are wrong by `spoil` in alternating directions.
 fn tables<F: Real, const B: usize>(spoil: f64) -> Tables<F> {
