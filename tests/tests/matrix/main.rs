@@ -1,4 +1,4 @@
-//! Problems of the workspace pass the kit: one of every sort by day, for one of three base seeds. The feature `long` has all
+//! Problems of the workspace pass the kit: one of every kind by day, two of circles, for one of three base seeds. The feature `long` has all
 //! problems, those that take some seconds at most for all three seeds. With `FREDHOLM_LONG` there are three seeds for every
 //! problem, and means are of ten times as many walks.
 

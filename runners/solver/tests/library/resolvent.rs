@@ -487,6 +487,25 @@ fn smooth_kernels_have_a_coarse_resolvent() {
     assert!(z.abs() < 4.9, "{z}");
 }
 
+/// A thousand values of 6x/5 that are known to the last digit take a round of points each, and no 65,536; unless these are asked for.
+#[test]
+fn walks_end_where_rounding_is_all_that_is_left() {
+    let u = CubeModel::on_interval([0.0, 1.0], |x, y| 0.5 * x * y, |x| x);
+    let solver = Solver::new(&u).grid(1001);
+    let points = |solver: &Solver<'_>| {
+        let report = solver.solve().unwrap();
+        for (number, goal) in report.goals.iter().enumerate() {
+            let exact = 1.2 * number as f64 / 1000.0;
+            assert!((goal.value() - exact).abs() < 1e-14, "{goal:?}");
+        }
+        report.resolvent.unwrap().points
+    };
+    let open = points(&solver);
+    assert!(open < 100_000, "{open}");
+    let asked = points(&solver.walks(200));
+    assert!(asked >= 200_200, "{asked}");
+}
+
 /// Nets gain less on a kernel with a kink in the end than they begin to: more cells, and not thousands of points for each that is needed. u is a sum
 /// of three exponentials, as u'' = 0.1 u - 0.75 F.
 #[test]
