@@ -12,7 +12,7 @@ use fredholm_scene_model::{
     Beside, Camera, Colours, Enclosure, Material, NamedSurface, SceneModel, ViewRequest, shapes,
 };
 
-const WALKS: u64 = 8000;
+const WALKS: u64 = 16_000;
 
 /// A room with a block and a small lamp on the ceiling, and its floor black: every reflectance times a number.
 fn room(times: f64, scalar: Scalar) -> SceneModel {
