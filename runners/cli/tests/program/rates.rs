@@ -165,7 +165,7 @@ fn rooms_have_rates_by_the_clock() {
     }
     for (args, word) in [
         (["--cells", "0"], "`--cells 0`"),
-        (["--cells", "10000000"], "GB of memory"),
+        (["--cells", "100000000"], "GB of memory"),
         (["--grading", "0.5"], "`--grading 0.5`"),
         (["--walks", "1"], "--walks"),
     ] {

@@ -264,9 +264,12 @@ fn walk<'a>(
         if off <= 1.0 && is_known {
             break;
         }
-        // Where nothing but rounding is left more points tell nothing, unless they are asked for.
+        // Where points for one goal leave nothing but rounding to any, more tell nothing, unless they are asked for. Images are of points that
+        // nobody has asked for yet, too.
         let is_exact = estimates.iter().all(|own| own.std_error <= own.floor);
-        if settings.walks.is_none() && settings.tolerance.is_none() && is_exact && is_known {
+        let is_open = settings.walks.is_none() && settings.tolerance.is_none();
+        let are_enough = points >= Settings::WALKS as f64 && chosen.by.is_none();
+        if is_open && are_enough && is_exact && is_known {
             break;
         }
         // Errors of nets fall about like the number of points.

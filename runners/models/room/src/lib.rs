@@ -232,6 +232,9 @@ impl RoomModel {
     }
 
     fn mesh(&self, cut: &Discretisation, cells: usize) -> Result<Mesh, Error> {
+        // A mesh of more cells than there is memory for takes long by itself.
+        let needed = memory([cells, self.scene.geometry().walls().len()], cut.degree);
+        refuse_beyond_memory(|| format!("{cells} unknowns"), needed, ADVICE)?;
         let grading = grading(cut);
         Ok(in_scalar!(cut.scalar, F => Mesh::new::<F>(&self.scene, cells, grading)?))
     }

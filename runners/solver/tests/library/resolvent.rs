@@ -487,7 +487,7 @@ fn smooth_kernels_have_a_coarse_resolvent() {
     assert!(z.abs() < 4.9, "{z}");
 }
 
-/// A thousand values of 6x/5 that are known to the last digit take a round of points each, and no 65,536; unless these are asked for.
+/// A thousand values of 6x/5 that are known to the last digit take as many points together as one alone, unless more are asked for.
 #[test]
 fn walks_end_where_rounding_is_all_that_is_left() {
     let u = CubeModel::on_interval([0.0, 1.0], |x, y| 0.5 * x * y, |x| x);
@@ -501,9 +501,17 @@ fn walks_end_where_rounding_is_all_that_is_left() {
         report.resolvent.unwrap().points
     };
     let open = points(&solver);
-    assert!(open < 100_000, "{open}");
+    assert!((60_000..600_000).contains(&open), "{open}");
     let asked = points(&solver.walks(200));
     assert!(asked >= 200_200, "{asked}");
+    // What is exact where it is looked at need not be so elsewhere.
+    let function = Solver::new(&u)
+        .at(0.5)
+        .method(Method::Resolvent)
+        .whole()
+        .unwrap();
+    let walked = function.summary().resolvent.unwrap().points;
+    assert!(walked > 60_000, "{walked}");
 }
 
 /// Nets gain less on a kernel with a kink in the end than they begin to: more cells, and not thousands of points for each that is needed. u is a sum
