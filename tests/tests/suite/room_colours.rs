@@ -240,12 +240,13 @@ fn seeds() -> core::ops::Range<u64> {
 fn furnaces_in_colours() {
     fn check_in<F: Real, const B: usize>(seed: u64) {
         let furnace = Colours::furnace::<F>(seed);
+        let (cells, walks) = if long() { (60, 2000) } else { (30, 500) };
         let sum: f64 = U.iter().zip(WEIGHTS).map(|(u, weight)| u * weight).sum();
         for last_step in [false, true] {
-            let solved = furnace.solved::<B>(30, last_step);
+            let solved = furnace.solved::<B>(cells, last_step);
             solved.with::<F, _, B>(|coloured, rays, mean| {
                 for options in all_ways(1) {
-                    let [all, alone] = solved.walk(coloured, rays, mean, options, 500);
+                    let [all, alone] = solved.walk(coloured, rays, mean, options, walks);
                     for ((all, alone), u) in all.iter().zip(&alone).zip(U.into_iter().chain([sum]))
                     {
                         // The neighbour equation changes no walk.
@@ -344,16 +345,16 @@ fn what_is_drawn_has_the_mean_that_it_should() {
 /// share the rays.
 #[test]
 fn a_shared_ray_costs_a_channel_little_variance() {
-    const WALKS: u64 = 10_000;
+    let (cells, walks) = if long() { (80, 20_000) } else { (40, 10_000) };
     let mut ratios = Vec::new();
     for seed in seeds() {
         let colours = Colours::saturated(seed);
         for last_step in [false, true] {
             let variances = |colours: &Colours| -> Vec<f64> {
-                let solved = colours.solved::<3>(40, last_step);
+                let solved = colours.solved::<3>(cells, last_step);
                 let options = absorbed(Estimator::Collision, 1);
                 let [all, _] = solved.with::<f64, _, 3>(|coloured, rays, mean| {
-                    solved.walk(coloured, rays, mean, options, WALKS)
+                    solved.walk(coloured, rays, mean, options, walks)
                 });
                 let of = |own: &Statistics| own.preconditioned().std_error.unwrap().powi(2);
                 all.iter().map(of).collect()

@@ -5,12 +5,15 @@ use fredholm_core::{
     At, Batch, Functional, Goal, Goals, Job, NoNeighbour, Real, Statistics, WalkOptions,
 };
 use fredholm_tests::all_ways;
-use fredholm_tests::check::{means, run};
+use fredholm_tests::check::{long, means, run};
 use fredholm_tests::galerkin::Tables;
 use fredholm_tests::toy::{ALL, ALL_POINTWISE, Bands, MIXED, Mean, POINTWISE_DIAGONAL, Toy};
 
 const CELLS: usize = 8;
-const WALKS: u64 = 50_000;
+
+fn walks() -> u64 {
+    if long() { 200_000 } else { 50_000 }
+}
 
 /// As a user sets it up, with coefficients that are wrong by `spoil` in alternating directions.
 fn tables<F: Real, const B: usize>(spoil: f64) -> Tables<F> {
@@ -65,8 +68,8 @@ fn mean_test<F: Real, const B: usize>(pairs: Bands, spoil: f64) -> f64 {
     let floor = 40.0 * F::EPSILON.to_f64();
     let mut std_dev = 0.0;
     for (way, options) in all_ways(1).into_iter().enumerate() {
-        let point = walked::<F, B, _>(Some(pairs), spoil, At(x0), options, WALKS);
-        let mean = walked::<F, B, _>(Some(pairs), spoil, Mean, options, WALKS);
+        let point = walked::<F, B, _>(Some(pairs), spoil, At(x0), options, walks());
+        let mean = walked::<F, B, _>(Some(pairs), spoil, Mean, options, walks());
         let exact = Toy::exact(x0).to_f64();
         for (statistics, exact) in [(point, exact), (mean, 7.0 / 6.0)] {
             means(&statistics, Some(exact), floor)

@@ -152,9 +152,7 @@ impl RoomModel {
         let segments = surfaces.points.iter().map(|p| p.len().saturating_sub(1));
         let cells = discretisation.cells.unwrap_or(DEFAULT_CELLS);
         let walls = segments.sum();
-        let least = cells.max(walls);
-        let what = || format!("{least} unknowns");
-        refuse_beyond_memory(what, memory([least, walls], discretisation.degree), ADVICE)
+        refuse_tables([cells.max(walls), walls], discretisation.degree)
     }
 
     /// The surfaces.
@@ -233,8 +231,7 @@ impl RoomModel {
 
     fn mesh(&self, cut: &Discretisation, cells: usize) -> Result<Mesh, Error> {
         // A mesh of more cells than there is memory for takes long by itself.
-        let needed = memory([cells, self.scene.geometry().walls().len()], cut.degree);
-        refuse_beyond_memory(|| format!("{cells} unknowns"), needed, ADVICE)?;
+        refuse_tables([cells, self.scene.geometry().walls().len()], cut.degree)?;
         let grading = grading(cut);
         Ok(in_scalar!(cut.scalar, F => Mesh::new::<F>(&self.scene, cells, grading)?))
     }
@@ -255,6 +252,12 @@ impl RoomModel {
 
 /// What needs less memory.
 const ADVICE: &str = ": use fewer cells";
+
+/// Refuses the tables of so many cells of so many walls that do not fit into memory.
+fn refuse_tables([cells, walls]: [usize; 2], degree: usize) -> Result<(), Error> {
+    let needed = memory([cells, walls], degree);
+    refuse_beyond_memory(|| format!("{cells} unknowns"), needed, ADVICE)
+}
 
 /// How walls are cut.
 fn grading(cut: &Discretisation) -> Grading {

@@ -177,7 +177,7 @@ impl AddSquare for f64 {
 
 #[test]
 fn what_is_open_is_chosen_and_resolvent_walks_serve() {
-    const ERROR: f64 = 1e-3;
+    const ERROR: f64 = 1e-4;
     for [alone, channels] in &pairs() {
         let kind = alone.about().kind;
         let own = Solver::new(&**alone).mean().solve_to(ERROR).unwrap();

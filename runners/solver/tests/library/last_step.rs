@@ -10,6 +10,8 @@ use fredholm::{
     Solver,
 };
 
+use crate::common::is_long;
+
 /// Standard errors that an estimate of a thousand is off once in a thousand runs of all.
 const MOST: f64 = 4.9;
 
@@ -103,6 +105,7 @@ fn worst(report: &Report, solution: impl Fn(usize) -> [f64; 2], slack: f64) -> f
 /// F = 1 − ρ: u = 1 and every irradiance is 1, whatever hides what.
 #[test]
 fn furnaces() {
+    let cells = if is_long() { 40 } else { 20 };
     for scalar in [Scalar::F64, Scalar::F32] {
         let model = room(scalar, |name| {
             let reflectance = match name {
@@ -124,7 +127,7 @@ fn furnaces() {
                         if is_slow && scalar == Scalar::F32 {
                             continue;
                         }
-                        let solver = asked(&model).cells(20).degree(degree).pairs(pairs);
+                        let solver = asked(&model).cells(cells).degree(degree).pairs(pairs);
                         let solver = solver.form(form).scalar(scalar);
                         let solver = ended(solver, estimator);
                         let report = solver.walks(500).solve().unwrap();

@@ -8,6 +8,8 @@ use fredholm::{
     TubeModel, sphere, tube,
 };
 
+use crate::common::is_long;
+
 /// A bound of |z| over all derivatives of a test: of some 60 normal numbers the largest exceeds it once in a hundred thousand times, about.
 const SIGMAS: f64 = 4.9;
 
@@ -47,13 +49,14 @@ fn derivatives_of_a_room_are_those_of_differences() {
     let materials: Materials = [[0.6, 0.0], [0.4, 0.0], [0.8, 0.2], [0.3, 1.0]];
     let model = room(materials);
     let found = asked(&model).walks(40_000).sensitivities().unwrap();
+    let error = if is_long() { 3e-7 } else { 3e-6 };
     let mut worst = 0.0_f64;
     for (surface, name) in NAMES.iter().enumerate() {
         for (which, word) in ["reflectance", "emission"].into_iter().enumerate() {
             let at = |step: f64| {
                 let mut changed = materials;
                 changed[surface][which] += step;
-                asked(&room(changed)).solve_to(3e-6).unwrap()
+                asked(&room(changed)).solve_to(error).unwrap()
             };
             let [low, high] = [-STEP, STEP].map(at);
             for target in TARGETS {
@@ -230,7 +233,7 @@ fn derivatives_in_a_tube_are_those_of_differences() {
         let report = Solver::new(&u)
             .at(1.0)
             .weighted("left")
-            .solve_to(1e-7)
+            .solve_to(if is_long() { 1e-9 } else { 1e-7 })
             .unwrap();
         [report.goals[0].value(), report.goals[1].value()]
     };
@@ -316,16 +319,17 @@ fn derivatives_by_emission_are_those_of_adjoint_walks() {
         let solver = Solver::new(model).cells(24);
         names.iter().fold(solver, |solver, name| solver.over(name))
     }
+    let walks = if is_long() { 40_000 } else { 10_000 };
     let forward = scene(None);
     let forward = asked(&forward, &names)
-        .walks(10_000)
+        .walks(walks)
         .sensitivities()
         .unwrap();
     let mut worst = 0.0_f64;
     for (lit, source) in names.iter().enumerate() {
         let alone = scene(Some(lit));
         let back = asked(&alone, &names)
-            .walks(10_000)
+            .walks(walks)
             .adjoint(true)
             .seed(7)
             .solve()

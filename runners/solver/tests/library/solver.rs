@@ -15,7 +15,7 @@ use fredholm::{
     Report, Scalar, Sequence, Settings, SolveError, SolveObserver, Solver, SphereModel,
 };
 
-use crate::common::Line;
+use crate::common::{Line, is_long};
 
 /// u(x) = ½ ∫ exp(−(x − y)²) u(y) dy + x on [0, 1].
 fn gauss() -> CubeModel {
@@ -469,12 +469,13 @@ fn lifts_are_predicted() {
     let circle = CircleModel::new(vec![0.3, 0.7], Emission::Harmonic(light));
     let smooth = waves!(1.0);
     let cases: [(&dyn Model, usize, usize); 2] = [(&circle, 50, 3), (&smooth, 4, 3)];
+    let walks = if is_long() { 1 << 17 } else { 1 << 15 };
     for (model, cells, lift) in cases {
         let solver = Solver::new(model).at(0.3).mean().cells(cells).lift(lift);
         let predicted = solver.diagnose().unwrap();
         assert_eq!(predicted.lift, Some(lift));
         assert!(predicted.other_pairs.is_empty());
-        let report = solver.walks(1 << 15).solve().unwrap();
+        let report = solver.walks(walks).solve().unwrap();
         for (goal, target) in report.goals.iter().zip(&predicted.targets) {
             for (measured, predicted) in [
                 (goal.plain.std_dev, target.plain),

@@ -51,7 +51,11 @@ fn coloured(channels: usize) -> SceneModel {
 
 fn settings() -> Settings {
     Settings {
-        cells: Some(60),
+        cells: Some(if std::env::var_os("FREDHOLM_LONG").is_some() {
+            150
+        } else {
+            60
+        }),
         degree: Some(1),
         ..Settings::default()
     }
