@@ -420,6 +420,3 @@ fn read_over(field: Field<'_, '_>) -> Result<What, InputError> {
          names (room)",
     ))
 }
-
-#[cfg(test)]
-mod tests;

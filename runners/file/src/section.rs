@@ -459,3 +459,16 @@ pub(crate) fn distance_if_near(word: &str, known: &str) -> Option<usize> {
         distance <= known.len().div_ceil(3) || extends(known, &word) || extends(&word, known);
     near.then_some(distance)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::nearest;
+
+    #[test]
+    fn near_words() {
+        let known = ["walks", "batch", "seed"];
+        assert_eq!(nearest("Walk", &known), Some("walks"));
+        assert_eq!(nearest("seeds", &known), Some("seed"));
+        assert_eq!(nearest("temperature", &known), None);
+    }
+}

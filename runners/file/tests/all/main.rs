@@ -2,6 +2,7 @@
 
 mod bad_buildings;
 mod bad_meshes;
+mod files;
 mod hostile_rooms;
 mod parts;
 mod systems;

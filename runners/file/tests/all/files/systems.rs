@@ -6,7 +6,7 @@ use super::solved::{agrees, exact};
 use super::*;
 
 /// The example of the manual.
-const SCATTERING: &str = include_str!("../../../../examples/scattering.toml");
+const SCATTERING: &str = include_str!("../../../../../examples/scattering.toml");
 
 /// A system of two.
 fn system(first: &str, second: &str, target: &str) -> String {

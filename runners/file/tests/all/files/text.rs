@@ -1,8 +1,9 @@
 //! Any text: syntax, line ends, long lines, places in them.
 
 use super::*;
-use crate::place::SHOWN;
-use crate::section::nearest;
+
+/// The most characters that are shown of a line.
+const SHOWN: usize = 100;
 
 #[test]
 fn syntax_errors() {
@@ -113,12 +114,4 @@ fn no_input_panics() {
             let _ = whole.error(start..end, "");
         }
     }
-}
-
-#[test]
-fn near_words() {
-    let known = ["walks", "batch", "seed"];
-    assert_eq!(nearest("Walk", &known), Some("walks"));
-    assert_eq!(nearest("seeds", &known), Some("seed"));
-    assert_eq!(nearest("temperature", &known), None);
 }

@@ -25,7 +25,7 @@ fn full_file() {
     assert_eq!(file.walk.absorption.map(|q| q.value), Some(0.25));
     assert_eq!(file.walk.estimator.value, Estimator::Collision);
     assert_eq!(file.walk.scalar.value, Scalar::F32);
-    assert_eq!(file.walk.seed.value, MAX_SEED);
+    assert_eq!(file.walk.seed.value, i64::MAX.unsigned_abs());
     assert_eq!(file.walk.batch.value, 10);
     assert_eq!(file.walk.target_error.map(|error| error.value), Some(1e-4));
     assert!(file.walk.relative.value);
@@ -53,6 +53,12 @@ fn places_are_those_of_the_values() {
     assert_eq!(shows(&file.targets[3].name.place), "\"profile\"");
 }
 
+/// A value that the file does not give.
+fn unsaid<T>(value: T) -> Placed<T> {
+    let place = Place::Default;
+    Placed { value, place }
+}
+
 #[test]
 fn defaults() {
     let text = "problem = { kind = 'circle', reflectance = 0, emission = 1 }\n\
@@ -61,33 +67,33 @@ fn defaults() {
     assert_eq!(values(&circle(&file).reflectance), [0.0]);
     assert!(matches!(&circle(&file).emission, Emission::Arcs(arcs) if values(arcs) == [1.0]));
     assert_eq!(file.galerkin.cells, None);
-    assert_eq!(file.galerkin.degree, Placed::default(0));
-    assert_eq!(file.galerkin.pairs, Placed::default(Pairs::Default));
+    assert_eq!(file.galerkin.degree, unsaid(0));
+    assert_eq!(file.galerkin.pairs, unsaid(Pairs::Default));
     assert_eq!(
         file.walk,
         Walk {
             method: None,
-            walks: Placed::default(100_000),
+            walks: unsaid(100_000),
             absorption: None,
-            estimator: Placed::default(Estimator::Collision),
-            form: Placed::default(Settings::FORM),
-            sequence: Placed::default(Sequence::Random),
-            forced_steps: Placed::default(0),
+            estimator: unsaid(Estimator::Collision),
+            form: unsaid(Settings::FORM),
+            sequence: unsaid(Sequence::Random),
+            forced_steps: unsaid(0),
             last_step: None,
             adjoint: None,
-            sensitivities: Placed::default(false),
-            scalar: Placed::default(Scalar::F64),
-            seed: Placed::default(1),
-            batch: Placed::default(4096),
+            sensitivities: unsaid(false),
+            scalar: unsaid(Scalar::F64),
+            seed: unsaid(1),
+            batch: unsaid(4096),
             target_error: None,
-            relative: Placed::default(false),
+            relative: unsaid(false),
             global: None,
             allow_infinite_variance: false,
         }
     );
     // A header without keys is as good as none.
     let file = good(&small(PROBLEM, "", "", TARGET));
-    assert_eq!(file.walk.walks, Placed::default(100_000));
+    assert_eq!(file.walk.walks, unsaid(100_000));
 }
 
 #[test]

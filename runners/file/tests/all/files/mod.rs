@@ -2,14 +2,15 @@
 
 mod channels;
 mod cubes;
+mod scenes;
 mod shape;
 mod solved;
 mod systems;
 mod text;
 mod values;
 
-use super::*;
-use crate::kinds::{Circle, Emission, KernelText};
+use fredholm_file::kinds::{Circle, Emission, KernelText};
+use fredholm_file::*;
 
 /// A file with every key.
 const FULL: &str = r#"# every key
