@@ -5,11 +5,11 @@ use fredholm_core::galerkin::{
 };
 use fredholm_core::global::Stationary;
 use fredholm_core::{
-    Absorption, DefaultGenerator, Density, Equation, Estimate, Estimator, Form, Goal, Goals, Job,
+    Absorption, Density, Equation, Estimate, Estimator, Form, Goal, Goals, Independent, Job,
     Neighbour, NeighbourOf, NoNeighbour, Real, STEP_LIMIT, Statistics, Value, WalkOptions, WideOf,
     rounding_floor,
 };
-use rand::rngs::{ChaCha8Rng, Xoshiro256PlusPlus};
+use rand::rngs::Xoshiro256PlusPlus;
 
 use crate::check::{self, Among};
 use crate::description::{Description, PointOf, ScalarOf, ValueOf, scalar_name};
@@ -89,7 +89,7 @@ type AnyNeighbour<'a, D, const B: usize> = dyn Neighbour<Scalar = ScalarOf<D, B>
     + Sync
     + 'a;
 /// Walks from random points of a described problem.
-type Walking<'a, D, const B: usize, G = DefaultGenerator> =
+type Walking<'a, D, const B: usize, G = Independent> =
     Goals<'a, Any<'a, AnyEquation<'a, D, B>>, AnyNeighbour<'a, D, B>, Among<'a, PointOf<D, B>>, G>;
 
 // Methods say what they ask of an equation, and not the block: then the compiler names the trait that is missing.
@@ -340,7 +340,6 @@ impl<'a, D: Description<B>, const B: usize> Offers<'a, D, B> {
             }
             self.alone(job);
             self.alone(job.with_generator::<Xoshiro256PlusPlus>());
-            self.alone(job.with_generator::<ChaCha8Rng>());
         }
     }
 
@@ -368,7 +367,7 @@ impl<'a, D: Description<B>, const B: usize> Offers<'a, D, B> {
         let none = NoNeighbour::new(self.description.equation());
         let none = &none as &AnyNeighbour<'_, D, B>;
         let alone: Walking<'_, D, B> = Goals::new(job.equation, none, job.goals, job.options);
-        let alone = in_batches(&alone.with_generator::<G>());
+        let alone = in_batches(&alone.with_generators(job.generators));
         let mut worst = Worst::new("estimates with other bits", 0.0);
         for (alone, beside) in alone.iter().zip(in_batches(&job)) {
             let (expected, found) = (alone.plain(), beside.plain());
@@ -428,8 +427,6 @@ impl<'a, D: Description<B>, const B: usize> Offers<'a, D, B> {
         }
         let xoshiro = main.with_generator::<Xoshiro256PlusPlus>();
         self.generator(&full, xoshiro, few, floors);
-        let chacha = main.with_generator::<ChaCha8Rng>();
-        self.generator(&full, chacha, few, floors);
         self.generator(&brief, job(briefly), few, floors);
         // In batches of a third, so that there is something to merge.
         let in_thirds =

@@ -3,13 +3,12 @@
 use std::sync::OnceLock;
 use std::thread;
 
-use fredholm_core::rand_core::{Rng, SeedableRng};
 use fredholm_core::{
-    Chain, DefaultGenerator, Equation, Functional, Goals, Job, NeighbourOf, RunOptions, Space,
-    Statistics, Uniforms, Value,
+    Chain, Equation, Functional, Generators, Goals, Independent, Job, NeighbourOf, RunOptions,
+    Space, Statistics, Uniforms, Value,
 };
 use fredholm_embedded::{Driver, State};
-use rand::rngs::{ChaCha8Rng, Xoshiro256PlusPlus};
+use rand::rngs::Xoshiro256PlusPlus;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::check::run_in_batches;
@@ -27,23 +26,19 @@ const WALKS: u64 = 600;
 /// … in 27 batches, the last of which is not whole: stages of 16 and of 11.
 const BATCH: u64 = 23;
 
-/// A generator of the matrix: the default one, and two more that users of `rand` would take, of other families
-/// and with seeds of 32 bytes in place of 16.
-pub trait Generator: Rng + SeedableRng {
+/// A generator of the matrix: the default one, and another that users of `rand` would take, of another family and with seeds of 32 bytes
+/// in place of 16.
+pub trait Generator: Generators {
     /// What it is called in tables.
     const NAME: &'static str;
 }
 
-impl Generator for DefaultGenerator {
+impl Generator for Independent {
     const NAME: &'static str = fredholm_core::DEFAULT_GENERATOR;
 }
 /// Blackman and Vigna 2018.
-impl Generator for Xoshiro256PlusPlus {
+impl Generator for Independent<Xoshiro256PlusPlus> {
     const NAME: &'static str = "xoshiro256++";
-}
-/// Bernstein 2008, with eight rounds.
-impl Generator for ChaCha8Rng {
-    const NAME: &'static str = "chacha8";
 }
 
 /// An equation and its chain as an object: the problems of the matrix are many, and walks are compiled once for every
