@@ -1,14 +1,12 @@
 //! Jobs: the seam between runners and problems. A runner knows no type of the problem.
 
-use core::marker::PhantomData;
-
 use crate::rand_core::{Rng, SeedableRng};
 use crate::uniforms::ControlDraws;
 use crate::walk::{Course, Followed, Visitor};
 use crate::{
-    Absorption, Batch, DefaultGenerator, Equation, Form, Functional, Generators, Length,
-    NeighbourOf, NotFinite, RngUniforms, STEP_LIMIT, Start, Uniforms, Value, Walk, WalkNumber,
-    WalkSeeds, WideOf,
+    Absorption, Batch, Equation, Form, Functional, Generators, Independent, Length, NeighbourOf,
+    NotFinite, RngUniforms, STEP_LIMIT, Start, Uniforms, Value, Walk, WalkNumber, WalkSeeds,
+    WideOf,
 };
 
 /// A run's walks, without any type of the problem: equation, neighbour equation, goals, absorption, seed,
@@ -163,7 +161,7 @@ impl Default for WalkOptions {
 /// # Ok::<(), fredholm_core::NotFinite>(())
 /// ```
 #[derive(Debug)]
-pub struct Goals<'a, E: Equation, N: ?Sized, T, G = DefaultGenerator> {
+pub struct Goals<'a, E: Equation, N: ?Sized, T, G = Independent> {
     /// The equation and its chain.
     pub equation: &'a E,
     /// The neighbour equation.
@@ -176,19 +174,20 @@ pub struct Goals<'a, E: Equation, N: ?Sized, T, G = DefaultGenerator> {
     pub certain: &'a [bool],
     /// Seed, absorption and step limit.
     pub options: WalkOptions,
-    generator: PhantomData<fn() -> G>,
+    /// The generators of walks' numbers.
+    pub generators: G,
 }
 
 // By hand: a derive would ask equation and generator to be `Clone` and `Copy`.
-impl<E: Equation, N: ?Sized, T, G> Clone for Goals<'_, E, N, T, G> {
+impl<E: Equation, N: ?Sized, T, G: Copy> Clone for Goals<'_, E, N, T, G> {
     fn clone(&self) -> Self {
         *self
     }
 }
-impl<E: Equation, N: ?Sized, T, G> Copy for Goals<'_, E, N, T, G> {}
+impl<E: Equation, N: ?Sized, T, G: Copy> Copy for Goals<'_, E, N, T, G> {}
 
 impl<'a, E: Equation, N: ?Sized, T> Goals<'a, E, N, T> {
-    /// The job of these goals, with draws of the [`DefaultGenerator`].
+    /// The job of these goals, with draws of the [`DefaultGenerator`](crate::DefaultGenerator).
     #[must_use]
     pub const fn new(
         equation: &'a E,
@@ -203,7 +202,7 @@ impl<'a, E: Equation, N: ?Sized, T> Goals<'a, E, N, T> {
             weights: &[],
             certain: &[],
             options,
-            generator: PhantomData,
+            generators: Independent::DEFAULT,
         }
     }
 }
@@ -224,7 +223,7 @@ impl<E: Equation> Score<E> {
     }
 }
 
-impl<'a, E: Equation, N: ?Sized, T, G> Goals<'a, E, N, T, G> {
+impl<'a, E: Equation, N: ?Sized, T, G: Copy> Goals<'a, E, N, T, G> {
     /// This job with a weighted sum of the channels beside them.
     #[must_use]
     pub const fn with_sum(self, weights: &'a [f64]) -> Self {
@@ -240,7 +239,13 @@ impl<'a, E: Equation, N: ?Sized, T, G> Goals<'a, E, N, T, G> {
 
     /// This job with draws of another generator, which is part of what bits depend on.
     #[must_use]
-    pub const fn with_generator<H>(self) -> Goals<'a, E, N, T, H> {
+    pub const fn with_generator<H>(self) -> Goals<'a, E, N, T, Independent<H>> {
+        self.with_generators(Independent::NEW)
+    }
+
+    /// This job with numbers of other generators, such as those of a [`Sequence`](crate::Sequence).
+    #[must_use]
+    pub const fn with_generators<H>(self, generators: H) -> Goals<'a, E, N, T, H> {
         Goals {
             equation: self.equation,
             neighbour: self.neighbour,
@@ -248,7 +253,7 @@ impl<'a, E: Equation, N: ?Sized, T, G> Goals<'a, E, N, T, G> {
             weights: self.weights,
             certain: self.certain,
             options: self.options,
-            generator: PhantomData,
+            generators,
         }
     }
 
@@ -270,12 +275,12 @@ where
     pub(crate) fn follow<B: Visitor<E::Point, E::Scalar, E::Value>>(
         &self,
         goal: &Goal<T, WideOf<E>>,
-        seeds: &WalkSeeds<G>,
+        seeds: &WalkSeeds<G::Random>,
         course: Course<E::Scalar>,
         (number, memory): (WalkNumber, &mut G::Memory),
         beside: &mut B,
     ) -> Score<E> {
-        let mut draws = RngUniforms(G::generator(seeds, number, memory));
+        let mut draws = RngUniforms(self.generators.generator(seeds, number, memory));
         let mut control_draws = ControlDraws::<G::Random>::new(seeds, number.walk);
         let Start { point, phi, known } = goal.functional.start(self.equation, &mut draws);
         let x0 = self.neighbour.locate(point);
@@ -352,13 +357,12 @@ where
         at_most: u64,
     ) -> Result<(), NotFinite> {
         let own = (goal, number);
-        // A loop over walks for each course, which is a constant there.
         let outcome = match Course::of(self.options.absorption) {
+            // A constant in its loop over walks.
             Course::Roulette => self.run_walks(own, Course::Roulette, batches, at_most),
-            Course::Absorbed(q) => self.run_walks(own, Course::Absorbed(q), batches, at_most),
-            Course::Collided(q) => self.run_walks(own, Course::Collided(q), batches, at_most),
+            course => self.run_walks(own, course, batches, at_most),
         };
-        Self::end(batches);
+        self.end(batches);
         outcome
     }
 
@@ -371,8 +375,8 @@ where
     }
 
     /// Says what batches are whose walks have been run: one sample, if the walks are those of a sequence.
-    pub(crate) fn end(batches: &mut [Batch]) {
-        if G::IS_SEQUENCE {
+    pub(crate) fn end(&self, batches: &mut [Batch]) {
+        if self.generators.is_sequence() {
             batches.iter_mut().for_each(Batch::become_replicate);
         }
     }

@@ -41,12 +41,13 @@ pub use schedule::{
     StopReason, Tolerance, next_stage,
 };
 pub use sensitivity::{Dependence, Dependences, Direct, Sensitivities};
-pub use sobol::{SOBOL_COORDINATES, Sobol, SobolPoint, SobolWalk};
+pub use sobol::{SOBOL_COORDINATES, Sequence, SobolPoint, SobolWalk};
 pub use space::{At, Chain, Density, Equation, Functional, Scaled, Space, Start, StartOf, WideOf};
 pub use statistics::{Estimate, Statistics, Terminations, rounding_floor};
 pub use tail::{MANY_BATCHES, Tail};
 pub use uniforms::{
-    DEFAULT_GENERATOR, DefaultGenerator, Generators, RngUniforms, Uniforms, WalkNumber, WalkSeeds,
+    DEFAULT_GENERATOR, DefaultGenerator, Generators, Independent, RngUniforms, Uniforms,
+    WalkNumber, WalkSeeds,
 };
 pub use value::{Channels, MOST_CHANNELS, Value};
 pub use walk::{

@@ -3,7 +3,7 @@
 use crate::space::Arriving;
 use crate::walk::{Course, Visitor};
 use crate::{
-    Batch, Both, DefaultGenerator, Equation, Functional, Generators, Goal, Goals, Job, Located,
+    Batch, Both, Equation, Functional, Generators, Goal, Goals, Independent, Job, Located,
     NeighbourOf, NotFinite, Real, Value, WalkNumber, WalkSeeds, WideOf,
 };
 
@@ -168,7 +168,7 @@ pub type Dependences<'a, P> = dyn Fn(Option<&P>, &P, &mut dyn FnMut(usize, Depen
 /// }
 /// # Ok::<(), NotFinite>(())
 /// ```
-pub struct Sensitivities<'a, E: Equation, N: ?Sized, T, G = DefaultGenerator> {
+pub struct Sensitivities<'a, E: Equation, N: ?Sized, T, G = Independent> {
     goals: &'a Goals<'a, E, N, T, G>,
     quantities: usize,
     dependences: &'a Dependences<'a, E::Point>,
@@ -327,7 +327,7 @@ where
         let goals = self.goals;
         let channels = goals.equation.channels();
         let nothing = E::Value::splat(channels, num_traits::zero());
-        let seeds = WalkSeeds::<G>::new(goals.options.seed, number);
+        let seeds = WalkSeeds::<G::Random>::new(goals.options.seed, number);
         let mut memory = G::Memory::default();
         let mut passages = Passages::<E, N>::new(goals.neighbour, &nothing);
         let direct = self.direct_of(number);
@@ -486,8 +486,8 @@ where
                 .iter_mut()
                 .for_each(|own| own.keep_up_with(leader));
         }
-        Goals::<E, N, T, G>::end(batches);
-        Goals::<E, N, T, G>::end(derivatives);
+        self.goals.end(batches);
+        self.goals.end(derivatives);
         self.goals.mark_certain(goal * statistics, batches);
         outcome
     }

@@ -1,7 +1,6 @@
 //! Randomised quasi-Monte Carlo: Sobol' points for the first numbers that walks draw.
 
 use core::convert::Infallible;
-use core::marker::PhantomData;
 
 use rand_core::{Rng, SeedableRng, TryRng};
 
@@ -15,12 +14,12 @@ pub const SOBOL_COORDINATES: usize = 32;
 /// Bits of a coordinate that are Sobol's; those below are pseudo-random.
 const BITS: usize = 32;
 
-/// Walks of a replicate that draw from points of one Sobol' sequence, randomised for the replicate: randomised quasi-Monte
-/// Carlo (Owen 1997).
+/// The numbers that walks draw: independent ones, or, in a replicate, points of one Sobol' sequence that is randomised for the replicate,
+/// randomised quasi-Monte Carlo (Owen 1997). It is told when a program runs, so that walks are compiled once for both.
 ///
 /// Walk i of a replicate draws the coordinates of point i, one after the other, of a Sobol' sequence with the direction
-/// numbers of Joe and Kuo (2008). Its first [`SOBOL_COORDINATES`] draws have their first 32 bits from it; all other bits are those of
-/// G. Every coordinate is scrambled by a hash with the seed of (run, goal, replicate, coordinate): the hash of Laine and
+/// numbers of Joe and Kuo (2008). Its first [`SOBOL_COORDINATES`] draws have their first 32 bits from it; all other bits are
+/// those of the [`DefaultGenerator`]. Every coordinate is scrambled by a hash with the seed of (run, goal, replicate, coordinate): the hash of Laine and
 /// Karras (2011) of the reversed bits, a nested uniform scrambling to good approximation (Burley 2020). It adds the seed, which is
 /// uniform, and is a bijection after that, so that the numbers of any one walk are independent and uniform, and estimates
 /// are unbiased. Walks of one replicate depend on each other: error bars come from replicates.
@@ -30,16 +29,16 @@ const BITS: usize = 32;
 /// has points that are spread most evenly; 2³² walks are most: further ones begin another randomisation.
 ///
 /// ```
-/// use fredholm_core::{Generators, Sobol, WalkNumber, WalkSeeds};
+/// use fredholm_core::{Generators, Sequence, WalkNumber, WalkSeeds};
 /// use rand_core::Rng;
 ///
 /// // Of 16 walks the first numbers are in different sixteenths of [0, 1).
-/// let seeds = WalkSeeds::<Sobol>::new(1, 0);
+/// let seeds = <WalkSeeds>::new(1, 0);
 /// let mut memory = Default::default();
 /// let mut found = [false; 16];
 /// for walk in 0..16 {
 ///     let number = WalkNumber { walk, replicate: 0, index: walk };
-///     let mut generator = Sobol::generator(&seeds, number, &mut memory);
+///     let mut generator = Sequence::Sobol.generator(&seeds, number, &mut memory);
 ///     found[(generator.next_u64() >> 60) as usize] = true;
 /// }
 /// assert_eq!(found, [true; 16]);
@@ -49,8 +48,13 @@ const BITS: usize = 32;
 /// *Constructing Sobol sequences with better two-dimensional projections*, SIAM J. Sci. Comput. 30, 2008. S. Laine and T.
 /// Karras, *Stratified sampling for stochastic transparency*, Computer Graphics Forum 30, 2011. B. Burley, *Practical
 /// hash-based Owen scrambling*, J. Computer Graphics Techniques 9, 2020.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Sobol<G = DefaultGenerator>(PhantomData<fn() -> G>);
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sequence {
+    /// Pseudo-random numbers: walks do not depend on each other.
+    Random,
+    /// Scrambled Sobol' points, a randomisation for each batch.
+    Sobol,
+}
 
 /// The point of the last walk, from which that of the next one follows by one addition modulo 2, and the seeds of its
 /// replicate.
@@ -66,7 +70,7 @@ pub struct SobolPoint {
 impl SobolPoint {
     /// Goes to the point of a walk.
     #[inline]
-    fn go_to<G>(&mut self, seeds: &WalkSeeds<G>, walk: WalkNumber) {
+    fn go_to(&mut self, seeds: &WalkSeeds, walk: WalkNumber) {
         // A replicate of a replicate, from 2³² walks on.
         let (part, index) = (walk.index >> BITS, walk.index & u64::from(u32::MAX));
         let replicate = walk.replicate.wrapping_add(part << BITS);
@@ -152,30 +156,35 @@ const fn scrambled(reversed: u32, seed: u32) -> u32 {
     x.reverse_bits()
 }
 
-impl<G: Rng + SeedableRng> Generators for Sobol<G> {
-    type Random = G;
-    type Generator<'m>
-        = SobolWalk<'m, G>
-    where
-        G: 'm;
+impl Generators for Sequence {
+    type Random = DefaultGenerator;
+    type Generator<'m> = SobolWalk<'m, DefaultGenerator>;
     type Memory = SobolPoint;
-    const IS_SEQUENCE: bool = true;
+
+    #[inline(always)]
+    fn is_sequence(self) -> bool {
+        self == Self::Sobol
+    }
 
     #[inline]
     fn generator<'m>(
-        seeds: &WalkSeeds<Self>,
+        self,
+        seeds: &WalkSeeds,
         walk: WalkNumber,
         memory: &'m mut SobolPoint,
-    ) -> SobolWalk<'m, G>
-    where
-        Self: 'm,
-    {
-        memory.go_to(seeds, walk);
+    ) -> SobolWalk<'m, DefaultGenerator> {
+        let coordinates: &[u32] = match self {
+            Self::Random => &[],
+            Self::Sobol => {
+                memory.go_to(seeds, walk);
+                &memory.coordinates
+            }
+        };
         SobolWalk {
-            coordinates: &memory.coordinates,
+            coordinates,
             seeds: &memory.seeds,
             drawn: 0,
-            rest: seeds.with_generator::<G>().generator(walk.walk),
+            rest: seeds.generator(walk.walk),
         }
     }
 }
@@ -339,7 +348,7 @@ mod tests {
 
     use rand_core::Rng;
 
-    use super::{SOBOL_COORDINATES, STEPS, Sobol, SobolPoint};
+    use super::{SOBOL_COORDINATES, STEPS, Sequence, SobolPoint};
     use crate::{Generators, WalkNumber, WalkSeeds};
 
     fn number(replicate: u64, index: u64) -> WalkNumber {
@@ -355,7 +364,7 @@ mod tests {
     fn points_are_those_of_joe_and_kuo() {
         let mut point = SobolPoint::default();
         for (index, expected) in POINTS {
-            point.go_to(&WalkSeeds::<Sobol>::new(1, 0), number(0, index));
+            point.go_to(&WalkSeeds::new(1, 0), number(0, index));
             let found = [0, 1, 2, 7, 31].map(|c: usize| point.coordinates[c].reverse_bits());
             assert_eq!(found, expected.map(|half| half << 16), "point {index}");
         }
@@ -378,9 +387,9 @@ mod tests {
     /// One step at a time or at once, and in any order.
     #[test]
     fn a_walk_depends_on_its_number_alone() {
-        let seeds = WalkSeeds::<Sobol>::new(3, 5);
+        let seeds = WalkSeeds::new(3, 5);
         let words = |number, memory: &mut SobolPoint| {
-            let mut generator = Sobol::generator(&seeds, number, memory);
+            let mut generator = Sequence::Sobol.generator(&seeds, number, memory);
             core::array::from_fn::<u64, 40, _>(|_| generator.next_u64())
         };
         let mut memory = SobolPoint::default();
@@ -411,11 +420,12 @@ mod tests {
     /// allows: coordinates 1 and 2 in all rectangles of that size.
     #[test]
     fn scrambled_points_stay_spread() {
-        let seeds = WalkSeeds::<Sobol>::new(9, 0);
+        let seeds = WalkSeeds::new(9, 0);
         let mut memory = SobolPoint::default();
         let points: Vec<[u64; 2]> = (0..1024)
             .map(|index| {
-                let mut generator = Sobol::generator(&seeds, number(4, index), &mut memory);
+                let mut generator =
+                    Sequence::Sobol.generator(&seeds, number(4, index), &mut memory);
                 core::array::from_fn(|_| generator.next_u64())
             })
             .collect();

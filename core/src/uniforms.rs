@@ -116,17 +116,6 @@ impl<G> WalkSeeds<G> {
 }
 
 impl<G> WalkSeeds<G> {
-    /// Seeds of walks that are these for another generator.
-    #[inline]
-    #[must_use]
-    pub const fn with_generator<H>(&self) -> WalkSeeds<H> {
-        WalkSeeds {
-            key: self.key,
-            salt: self.salt,
-            generator: PhantomData,
-        }
-    }
-
     /// A word for a place of a replicate, which no walk's generator is seeded with.
     #[inline]
     pub(crate) const fn word(&self, replicate: u64, place: u64) -> u64 {
@@ -158,46 +147,70 @@ pub struct WalkNumber {
     pub index: u64,
 }
 
-/// Generators of the numbers that walks draw, one for every walk, by which walks may depend on those of the same replicate.
-///
-/// Every generator of `rand_core` that can be seeded is one, whose walks are independent. [`Sobol`](crate::Sobol) is the
-/// other one.
-pub trait Generators: Sized {
+/// Generators of the numbers that walks draw, one for every walk, by which walks may depend on those of the same replicate:
+/// [`Independent`], or a [`Sequence`](crate::Sequence).
+pub trait Generators: Copy + Sync {
     /// The generator of pseudo-random numbers behind it.
     type Random: Rng + SeedableRng;
     /// The generator of one walk.
-    type Generator<'m>: Rng
-    where
-        Self: 'm;
+    type Generator<'m>: Rng;
     /// What is kept from walk to walk so that the next one takes less time. No walk depends on it.
     type Memory: Default;
     /// Whether walks of a replicate depend on each other, so that error bars come from replicates.
-    const IS_SEQUENCE: bool;
+    fn is_sequence(self) -> bool;
 
     /// The generator of a walk.
     fn generator<'m>(
-        seeds: &WalkSeeds<Self>,
+        self,
+        seeds: &WalkSeeds<Self::Random>,
         walk: WalkNumber,
         memory: &'m mut Self::Memory,
-    ) -> Self::Generator<'m>
-    where
-        Self: 'm;
+    ) -> Self::Generator<'m>;
 }
 
-impl<G: Rng + SeedableRng> Generators for G {
+/// Generators of independent walks: those of a generator of `rand_core` that can be seeded.
+///
+/// ```
+/// use fredholm_core::rand_core::Rng;
+/// use fredholm_core::{Generators, Independent, WalkNumber, WalkSeeds};
+///
+/// let seeds = <WalkSeeds>::new(1, 0);
+/// let number = WalkNumber { walk: 7, replicate: 0, index: 7 };
+/// let mut generator = Independent::DEFAULT.generator(&seeds, number, &mut ());
+/// assert_eq!(generator.next_u64(), seeds.generator(7).next_u64());
+/// ```
+#[derive(Debug)]
+pub struct Independent<G = DefaultGenerator>(PhantomData<fn() -> G>);
+
+impl Independent {
+    /// Those of the [`DefaultGenerator`].
+    pub const DEFAULT: Self = Self::NEW;
+}
+
+impl<G> Independent<G> {
+    pub(crate) const NEW: Self = Self(PhantomData);
+}
+
+// By hand: a derive would ask the generator to be `Clone` and `Copy`.
+impl<G> Clone for Independent<G> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+impl<G> Copy for Independent<G> {}
+
+impl<G: Rng + SeedableRng> Generators for Independent<G> {
     type Random = G;
-    type Generator<'m>
-        = G
-    where
-        G: 'm;
+    type Generator<'m> = G;
     type Memory = ();
-    const IS_SEQUENCE: bool = false;
 
     #[inline(always)]
-    fn generator<'m>(seeds: &WalkSeeds<G>, walk: WalkNumber, (): &'m mut ()) -> G
-    where
-        G: 'm,
-    {
+    fn is_sequence(self) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn generator<'m>(self, seeds: &WalkSeeds<G>, walk: WalkNumber, (): &'m mut ()) -> G {
         seeds.generator(walk.walk)
     }
 }
@@ -213,9 +226,9 @@ pub(crate) struct ControlDraws<G> {
 
 impl<G> ControlDraws<G> {
     #[inline]
-    pub(crate) const fn new<H>(seeds: &WalkSeeds<H>, walk: u64) -> Self {
+    pub(crate) const fn new(seeds: &WalkSeeds<G>, walk: u64) -> Self {
         Self {
-            seeds: seeds.with_generator(),
+            seeds: *seeds,
             walk,
             draws: None,
         }

@@ -242,7 +242,7 @@ impl<P, F: Copy, V, A: Visitor<P, F, V>, B: Visitor<P, F, V>> Visitor<P, F, V> f
     }
 }
 
-/// How walks end and score: a constant within each loop over walks, so that no walk asks for it.
+/// How walks end and score. Roulette is a constant within its loop over walks, so that none of them asks for it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Course<F> {
     Roulette,
@@ -276,7 +276,7 @@ pub(crate) struct Followed<'a, E: Equation, N: ?Sized> {
 impl<E: Equation, N: NeighbourOf<E> + ?Sized> Followed<'_, E, N> {
     /// Follows one walk from x0 with weight 1, and shows its states to a visitor. `control_draws` are what the neighbour equation
     /// draws from: the walk does not depend on them. Returns the number of states, and the end.
-    // Into each course's loop over walks, where `course` is a constant.
+    // Into the loops over walks, where `course` may be a constant.
     #[inline(always)]
     pub(crate) fn walk<U, T>(
         &self,

@@ -5,8 +5,8 @@ use super::{Normalisation, Replicate, Scores, Stationary};
 use crate::uniforms::ControlDraws;
 use crate::walk::{Course, Followed};
 use crate::{
-    DefaultGenerator, Equation, Generators, Located, NeighbourOf, NoDraws, NotFinite, Real,
-    RngUniforms, Termination, Value, WalkNumber, WalkOptions, WalkSeeds,
+    Equation, Generators, Independent, Located, NeighbourOf, NoDraws, NotFinite, Real, RngUniforms,
+    Termination, Value, WalkNumber, WalkOptions, WalkSeeds,
 };
 
 /// The number in place of a goal's that draws of a global estimate have: those of no goal.
@@ -109,7 +109,7 @@ pub struct GlobalTask<
     T,
     M: ?Sized,
     S: ?Sized,
-    G = DefaultGenerator,
+    G = Independent,
     const KEPT: usize = KEPT_STATES,
 > {
     /// The equation and its chain.
@@ -124,8 +124,8 @@ pub struct GlobalTask<
     pub known: &'a [f64],
     /// Absorption, form, forced steps and step limit.
     pub options: WalkOptions,
-    /// The seeds of the walks' generators.
-    pub seeds: WalkSeeds<G>,
+    /// The generators of walks' numbers.
+    pub generators: G,
 }
 
 impl<'a, E, T, M: ?Sized, S: ?Sized> GlobalTask<'a, E, T, M, S> {
@@ -145,25 +145,27 @@ impl<'a, E, T, M: ?Sized, S: ?Sized> GlobalTask<'a, E, T, M, S> {
             scores,
             known: &[],
             options,
-            seeds: WalkSeeds::new(options.seed, GLOBAL),
+            generators: Independent::DEFAULT,
         }
     }
 }
 
-impl<'a, E, T, M: ?Sized, S: ?Sized, G, const KEPT: usize> GlobalTask<'a, E, T, M, S, G, KEPT> {
+impl<'a, E, T, M: ?Sized, S: ?Sized, G: Copy, const KEPT: usize>
+    GlobalTask<'a, E, T, M, S, G, KEPT>
+{
     /// The task that leaves out of its scores what is known: the coefficients of F − G, by quadrature. Walks score F − G less its piecewise
     /// polynomial, which is added to the result: an approximation of it costs variance alone.
     #[must_use]
     pub const fn with_known(&self, known: &'a [f64]) -> Self {
         Self {
             known,
-            ..self.with_generator()
+            ..self.with_generators(self.generators)
         }
     }
 
-    /// The task with draws of another generator.
+    /// The task with numbers of other generators, such as those of a [`Sequence`](crate::Sequence).
     #[must_use]
-    pub const fn with_generator<H>(&self) -> GlobalTask<'a, E, T, M, S, H, KEPT> {
+    pub const fn with_generators<H>(&self, generators: H) -> GlobalTask<'a, E, T, M, S, H, KEPT> {
         GlobalTask {
             equation: self.equation,
             starts: self.starts,
@@ -171,7 +173,7 @@ impl<'a, E, T, M: ?Sized, S: ?Sized, G, const KEPT: usize> GlobalTask<'a, E, T, 
             scores: self.scores,
             known: self.known,
             options: self.options,
-            seeds: self.seeds.with_generator(),
+            generators,
         }
     }
 }
@@ -189,7 +191,7 @@ where
     /// Of a sequence that forced steps serve, starts alone are scored: further states draw from further coordinates, and have fewer
     /// forced steps left, which costs more than they bring.
     fn survival(&self) -> Option<f64> {
-        let is_smooth = G::IS_SEQUENCE && self.options.forced_steps > 0;
+        let is_smooth = self.generators.is_sequence() && self.options.forced_steps > 0;
         let is_scored = self.starts.is_preserved() && !is_smooth;
         let q = self.options.absorption.probability();
         q.filter(|_| is_scored).map(|q| 1.0 - q)
@@ -257,6 +259,7 @@ where
             form: self.options.form,
             length: self.options.length(),
         };
+        let seeds = WalkSeeds::new(self.options.seed, GLOBAL);
         let mut memory = G::Memory::default();
         let end = replicate.counts.walks.saturating_add(at_most);
         while replicate.counts.walks < end {
@@ -266,8 +269,8 @@ where
                 replicate: replicate.number(),
                 index: replicate.counts.walks,
             };
-            let mut draws = RngUniforms(G::generator(&self.seeds, place, &mut memory));
-            let mut control_draws = ControlDraws::<G::Random>::new(&self.seeds, number);
+            let mut draws = RngUniforms(self.generators.generator(&seeds, place, &mut memory));
+            let mut control_draws = ControlDraws::<G::Random>::new(&seeds, number);
             let x0 = self.neighbour.locate(self.starts.start(&mut draws));
             let trail = trail.get_or_insert_with(|| Trail::new(x0, channels, kept));
             trail.begin();

@@ -120,7 +120,7 @@ fn solution(x: f64) -> f64 {
     1.0 + x + 0.5 * a + 0.25 * x * b
 }
 
-type ToyTask<'a, const KEPT: usize, G = DefaultGenerator> =
+type ToyTask<'a, const KEPT: usize, G = Independent> =
     GlobalTask<'a, Toy, Toy, Constant, BasisScores<'a, Toy, 3>, G, KEPT>;
 
 const EVEN: Constant = Constant(TOY);
@@ -158,9 +158,10 @@ fn task<const KEPT: usize>(neighbour: &Constant, (absorption, form): Scored) -> 
         options: WalkOptions {
             absorption,
             form,
+            seed: 5,
             ..WalkOptions::default()
         },
-        seeds: WalkSeeds::new(5, GLOBAL),
+        generators: Independent::DEFAULT,
     }
 }
 
@@ -233,8 +234,8 @@ fn coefficients_are_those_of_the_error_whatever_walks_draw() {
     for scores in ALL_SCORES {
         let mut long = task::<32>(&EVEN, scores);
         long.options.forced_steps = 3;
-        let sobol = task::<32>(&EVEN, scores).with_generator::<Sobol>();
-        let both = long.with_generator::<Sobol>();
+        let sobol = task::<32>(&EVEN, scores).with_generators(Sequence::Sobol);
+        let both = long.with_generators(Sequence::Sobol);
         let plain = coefficients(&task::<1>(&EVEN, scores), 4096);
         let all = [
             coefficients(&long, 4096),
@@ -273,7 +274,7 @@ fn functionals_are_exact_by_their_adjoint_images() {
             ..WalkOptions::default()
         };
         let task: GlobalTask<'_, _, _, _, _> = GlobalTask::new(&TOY, &TOY, &EVEN, &scores, options);
-        let sobol = task.with_generator::<Sobol>();
+        let sobol = task.with_generators(Sequence::Sobol);
         for (name, job) in [("random", &task as &dyn GlobalJob), ("sobol", &sobol)] {
             let mut all = [[0.0; 32]; 3];
             for r in 0..32 {
@@ -315,7 +316,7 @@ fn the_error_bar_of_replicates_covers() {
         };
         let goals = [Goal::new(At(0.3), Some(1.0 / 0.6))];
         let random = Goals::new(&TOY, &EVEN, &goals, options);
-        let sobol = random.with_generator::<Sobol>();
+        let sobol = random.with_generators(Sequence::Sobol);
         let [mut all, mut others] = [Statistics::default(); 2];
         for index in 0..16 {
             let run = |job: &dyn Job, pieces: &[u64]| {

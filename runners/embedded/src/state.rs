@@ -2,10 +2,9 @@
 
 use core::fmt;
 
-use fredholm_core::rand_core::{Rng, SeedableRng};
 use fredholm_core::{
-    Absorption, Batch, Equation, Estimator, Form, Functional, Goals, Job, NeighbourOf, Real,
-    RunOptions, Schedule, Statistics, Termination, Tolerance, Value, WalkOptions, WideOf,
+    Absorption, Batch, Equation, Estimator, Form, Functional, Generators, Goals, Job, NeighbourOf,
+    Real, RunOptions, Schedule, Statistics, Termination, Tolerance, Value, WalkOptions, WideOf,
 };
 
 use crate::checksum::Checksum;
@@ -229,7 +228,7 @@ where
     E: Equation,
     N: NeighbourOf<E> + ?Sized,
     T: Functional<E>,
-    G: Rng + SeedableRng,
+    G: Generators,
     Goals<'g, E, N, T, G>: Job,
 {
     /// The state to keep through a reset. Runs the first four walks again, whose scores tell at
@@ -308,7 +307,7 @@ where
     E: Equation,
     N: NeighbourOf<E> + ?Sized,
     T: Functional<E>,
-    G: Rng + SeedableRng,
+    G: Generators,
 {
     let mut sum = Checksum::new().word(E::Scalar::EPSILON.to_f64().to_bits());
     if let Some(goal) = job.goals.get(goal) {

@@ -21,7 +21,7 @@ pub struct About {
     pub whole: WholeValues,
     /// The largest degree of a [lift](crate::System::lift); 0: it has none.
     pub most_lift: usize,
-    /// Whether its walks may draw from a [sequence](crate::Sequence).
+    /// Whether its walks may draw from a [sequence](fredholm_core::Sequence).
     pub has_sequences: bool,
 }
 

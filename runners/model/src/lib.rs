@@ -46,7 +46,7 @@ pub use model::{
     Deterministic, Differentiated, Model, NO_ITERATION, Partitioned, Prepared, Request, System,
     Then, Wanted, WithJob,
 };
-pub use options::{Choice, Choices, Method, Pairs, Scalar, Sequence};
+pub use options::{Choice, Choices, Method, Pairs, Scalar};
 pub use quantity::{Quantity, SurfaceQuantities, Uncertainty};
 pub use saved::{SavedSystem, SystemOf};
 pub use settings::{Discretisation, Settings, WalkOptions};

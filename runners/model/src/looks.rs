@@ -1,7 +1,7 @@
 //! What starts of walks meet, where (v, Φ) has no closed form.
 
 use fredholm_core::{
-    Equation, Functional, Generators as _, NeighbourOf, RngUniforms, Sobol, SobolPoint, Start,
+    Equation, Functional, Generators as _, NeighbourOf, RngUniforms, Sequence, SobolPoint, Start,
     Value, WalkNumber, WalkSeeds, WideOf,
 };
 
@@ -14,7 +14,7 @@ pub fn seen_from<E: Equation, N: NeighbourOf<E> + ?Sized>(
     equation: &E,
     neighbour: &N,
 ) -> WideOf<E> {
-    let seeds = WalkSeeds::<Sobol>::new(0, 0);
+    let seeds = WalkSeeds::new(0, 0);
     let mut memory = SobolPoint::default();
     let mut sum = WideOf::<E>::splat(equation.channels(), 0.0);
     for index in 0..LOOKS {
@@ -23,7 +23,7 @@ pub fn seen_from<E: Equation, N: NeighbourOf<E> + ?Sized>(
             replicate: 0,
             index,
         };
-        let mut draws = RngUniforms(Sobol::generator(&seeds, number, &mut memory));
+        let mut draws = RngUniforms(Sequence::Sobol.generator(&seeds, number, &mut memory));
         let Start { point, phi, known } = origin.start(equation, &mut draws);
         let v = neighbour.value(&neighbour.locate(point));
         sum = sum.plus(&v.scaled(phi).plus(&known).wide());

@@ -1,6 +1,6 @@
 //! What is said of a solution: cells, pairs of cells, walks.
 
-use fredholm_core::{Estimator, Form};
+use fredholm_core::{Estimator, Form, Sequence};
 
 use crate::{Error, Subject};
 
@@ -36,21 +36,6 @@ pub enum Scalar {
     F32,
     /// Double precision.
     F64,
-}
-
-/// The numbers that walks draw.
-///
-/// ```
-/// use fredholm::{Choices, Sequence};
-///
-/// assert_eq!(Sequence::Sobol.word(), "sobol");
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Sequence {
-    /// Pseudo-random numbers: walks do not depend on each other.
-    Random,
-    /// Scrambled Sobol' points, a randomisation for each batch: [`fredholm_core::Sobol`].
-    Sobol,
 }
 
 /// The method of a solution.

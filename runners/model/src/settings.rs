@@ -2,13 +2,13 @@
 
 use core::time::Duration;
 
-use fredholm_core::{Absorption, Estimator, Form, Tolerance};
+use fredholm_core::{Absorption, Estimator, Form, Sequence, Tolerance};
 use serde::{Deserialize, Serialize};
 
 use crate::Uncertainty;
 use crate::question::ResolventAnswer;
 use crate::written::{choice, open_choice, tolerance};
-use crate::{Choices as _, Error, Method, Model, Pairs, Scalar, Sequence, Subject, WholeValues};
+use crate::{Choices as _, Error, Method, Model, Pairs, Scalar, Subject, WholeValues};
 
 /// Replicates of a sequence: a standard error of 32 is itself uncertain by 13 %, and Student's quantile of 95 % is 2.04.
 const REPLICATES: u64 = 32;

@@ -46,11 +46,11 @@ pub use certify::{Certificate, CertifiedValue, Verdict};
 pub use custom::{CustomEquation, CustomModel, PointDependences, Uniformly};
 pub use execute::Execute;
 pub use fit::{Fit, FittedQuantity, FittedTarget, Fitting, Measured, Measurement, Unknown};
-pub use fredholm_core::{Absorption, Estimator, Form, StopReason, Tolerance};
+pub use fredholm_core::{Absorption, Estimator, Form, Sequence, StopReason, Tolerance};
 pub use fredholm_model::{
     Ask, Choice, Choices, Discretisation, EquationError, Error, Field, GlobalQuantity, Goal,
-    MeshCell, Method, Model, Pairs, Partitioned, Quantity, Region, Scalar, Sequence, Settings,
-    Subject, System, Target, Uncertainty, WalkOptions, WeightFn, goals,
+    MeshCell, Method, Model, Pairs, Partitioned, Quantity, Region, Scalar, Settings, Subject,
+    System, Target, Uncertainty, WalkOptions, WeightFn, goals,
 };
 pub use fredholm_rayon::Observer;
 pub use point::Point;

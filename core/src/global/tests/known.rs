@@ -41,7 +41,7 @@ fn coefficients_are_those_of_the_error_whatever_is_known() {
             let (kept, one) = (task.with_known(&known), starts.with_known(&known));
             let (few, sobol) = (
                 self::task::<2>(&EVEN, scores),
-                one.with_generator::<Sobol>(),
+                one.with_generators(Sequence::Sobol),
             );
             for all in [
                 all(&kept, 4000),

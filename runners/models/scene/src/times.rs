@@ -7,7 +7,7 @@ use web_time::Instant;
 
 use fredholm_core::{
     At, Chain as _, Equation as _, Functional as _, Generators as _, LastStep, Real, RngUniforms,
-    STEP_LIMIT, Sobol, SobolPoint, Start, Uniforms, WalkNumber, WalkSeeds,
+    STEP_LIMIT, Sequence, SobolPoint, Start, Uniforms, WalkNumber, WalkSeeds,
 };
 use fredholm_model::heat::Asked;
 use fredholm_model::{
@@ -156,7 +156,7 @@ struct Walker<'w, 'r, F> {
     origin: &'w Origin<'w, F>,
     quantity: GlobalQuantity,
     lit: &'w Lit<F>,
-    seeds: WalkSeeds<Sobol>,
+    seeds: WalkSeeds,
 }
 
 impl<F: Real> Walker<'_, '_, F> {
@@ -203,7 +203,8 @@ impl<F: Real> Walker<'_, '_, F> {
                 replicate,
                 index,
             };
-            let mut draws = RngUniforms(Sobol::generator(&self.seeds, number, &mut memory));
+            let mut draws =
+                RngUniforms(Sequence::Sobol.generator(&self.seeds, number, &mut memory));
             let [own, of_sky] = self.walk(&mut draws, to)?;
             constant += own;
             sky += of_sky;

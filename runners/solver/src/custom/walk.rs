@@ -6,8 +6,8 @@ use std::borrow::Cow;
 use fredholm_core::galerkin::{Solution, degree_of};
 use fredholm_core::global::{AdjointImage, AdjointScores, Scores};
 use fredholm_core::{
-    Chain, Dependence, Equation, Generators, Goals, Job, LastStep, Lights, Located, NoDraws,
-    NoNeighbour, Real, Sensitivities, Sobol, Space, Start, StartOf, Uniforms,
+    Chain, Dependence, Equation, Goals, Job, LastStep, Lights, Located, NoDraws, NoNeighbour, Real,
+    Sensitivities, Space, Start, StartOf, Uniforms,
 };
 use fredholm_variance::gauss;
 
@@ -18,7 +18,7 @@ use super::scores::{CellScores, Polynomials};
 use super::whole::{AnyStarts, GlobalWalks};
 use super::{CustomEquation, PointFn};
 use crate::domain::Position;
-use crate::{Error, Goal, Region, Sequence, Subject};
+use crate::{Error, Goal, Region, Subject};
 use fredholm_model::cost::PointwisePairs;
 use fredholm_model::resolvent::{self, ByDensity, Grid, RegularKind};
 use fredholm_model::{
@@ -377,7 +377,7 @@ pub(super) struct GoalWalks<'a, E: CustomEquation> {
 }
 
 impl<E: CustomEquation> GoalWalks<'_, E> {
-    /// Hands on the walks of the equation, or of what is left of it.
+    /// Hands on the walks of the equation, or of what is left of it, which tell derivatives where these are wanted.
     fn hand_on<W>(
         &self,
         walked: &W,
@@ -392,22 +392,7 @@ impl<E: CustomEquation> GoalWalks<'_, E> {
             self.goals,
             self.request.walk.for_core(),
         );
-        match self.request.walk.sequence {
-            Sequence::Random => self.with_derivatives(&job, then),
-            Sequence::Sobol => self.with_derivatives(&job.with_generator::<Sobol>(), then),
-        }
-    }
-
-    /// Hands on walks, which tell derivatives where these are wanted.
-    fn with_derivatives<W, G>(
-        &self,
-        job: &Goals<'_, W, Boxed<'_, E>, Functional<'_, E>, G>,
-        then: &mut dyn FnMut(&dyn Job) -> Result<(), Error>,
-    ) -> Result<(), Error>
-    where
-        W: Equation<Scalar = E::Scalar, Point = E::Point, Value = E::Scalar> + Sync,
-        G: Generators,
-    {
+        let job = &job.with_generators(self.request.walk.sequence);
         let is_wanted = self.request.wanted == Wanted::Derivatives;
         let Some((quantities, dependences)) = self.dependences.filter(|_| is_wanted) else {
             return then(job);

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use fredholm_core::galerkin::Cells;
 use fredholm_core::global::{GlobalTask, Scores, Stationary};
-use fredholm_core::{Form, Located, Real, Sobol, Uniforms};
+use fredholm_core::{Form, Located, Real, Uniforms};
 use fredholm_model::numbers::{dot, largest};
 use fredholm_model::{
     CellNodes, GlobalField, GlobalQuantity, GlobalRequest, GlobalSystem, IMAGE_HEAD, WithGlobalJob,
@@ -18,7 +18,7 @@ use super::degree::Boxed;
 use super::scores::{Integrals, MOST_DEGREE, Polynomials, parameters};
 use super::system::CustomSystem;
 use super::walk::{ScoredOn, Solved, is_weight, nodes_between, place};
-use crate::{Error, Region, Sequence};
+use crate::{Error, Region};
 
 /// What rounding leaves of a density over its value, in single precision.
 const ROUNDING: f64 = 1e-5;
@@ -61,10 +61,7 @@ impl<E: CustomEquation> GlobalWalks<'_, E> {
             Some((x, first.to_f64()))
         })?;
         let job = job.with_known(&known);
-        match request.walk.sequence {
-            Sequence::Random => then(&job),
-            Sequence::Sobol => then(&job.with_generator::<Sobol>()),
-        }
+        then(&job.with_generators(request.walk.sequence))
     }
 }
 
