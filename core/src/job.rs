@@ -202,7 +202,7 @@ impl<'a, E: Equation, N: ?Sized, T> Goals<'a, E, N, T> {
             weights: &[],
             certain: &[],
             options,
-            generators: Independent::DEFAULT,
+            generators: Independent::NEW,
         }
     }
 }

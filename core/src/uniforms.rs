@@ -176,19 +176,15 @@ pub trait Generators: Copy + Sync {
 ///
 /// let seeds = <WalkSeeds>::new(1, 0);
 /// let number = WalkNumber { walk: 7, replicate: 0, index: 7 };
-/// let mut generator = Independent::DEFAULT.generator(&seeds, number, &mut ());
+/// let mut generator = <Independent>::NEW.generator(&seeds, number, &mut ());
 /// assert_eq!(generator.next_u64(), seeds.generator(7).next_u64());
 /// ```
 #[derive(Debug)]
 pub struct Independent<G = DefaultGenerator>(PhantomData<fn() -> G>);
 
-impl Independent {
-    /// Those of the [`DefaultGenerator`].
-    pub const DEFAULT: Self = Self::NEW;
-}
-
 impl<G> Independent<G> {
-    pub(crate) const NEW: Self = Self(PhantomData);
+    /// Generators of this type.
+    pub const NEW: Self = Self(PhantomData);
 }
 
 // By hand: a derive would ask the generator to be `Clone` and `Copy`.

@@ -145,7 +145,7 @@ impl<'a, E, T, M: ?Sized, S: ?Sized> GlobalTask<'a, E, T, M, S> {
             scores,
             known: &[],
             options,
-            generators: Independent::DEFAULT,
+            generators: Independent::NEW,
         }
     }
 }

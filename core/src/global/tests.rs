@@ -161,7 +161,7 @@ fn task<const KEPT: usize>(neighbour: &Constant, (absorption, form): Scored) -> 
             seed: 5,
             ..WalkOptions::default()
         },
-        generators: Independent::DEFAULT,
+        generators: Independent::NEW,
     }
 }
 
