@@ -7,10 +7,10 @@ use fredholm_core::galerkin::{
 use fredholm_core::{
     Equation, Functional, Goal, Goals, Located, NeighbourOf, Real, Statistics, WalkOptions,
 };
-use fredholm_cube::model::{self, Model, ModelKernel};
 use fredholm_cube::{
     Cube, CubeRule, KernelFactors, KernelFn, KernelIntegral, Product, ProductTables, ScalarField,
 };
+use model::{Model, ModelKernel};
 
 use crate::check;
 use crate::description::Description;
@@ -18,6 +18,8 @@ use crate::examine::examine_both;
 use crate::offers::{Neighbours, Offers};
 use crate::quadrature::{gauss_legendre, split, tensor};
 use crate::report::Report;
+
+pub mod model;
 
 /// All pairs in S.
 pub const ALL: DiagonalRule = DiagonalRule {

@@ -15,7 +15,6 @@ mod error;
 mod functions;
 mod mean;
 mod mesh;
-pub mod model;
 mod product;
 mod product_tables;
 #[cfg(feature = "alloc")]

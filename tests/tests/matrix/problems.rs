@@ -1,6 +1,6 @@
 //! The workspace's problems, each with everything that the kit checks.
 
-use fredholm_cube::model;
+use fredholm_tests::cube::model;
 
 use fredholm_tests::circle::{self, LIGHT};
 use fredholm_tests::scene::{self, Place};

@@ -5,10 +5,11 @@ use core::fmt;
 
 use fredholm_circle::MeanOver;
 use fredholm_core::{At, Batch, Equation, Estimate, Functional, Goal, Job, Statistics};
-use fredholm_cube::{Mean, ScalarField, model};
+use fredholm_cube::{Mean, ScalarField};
 use fredholm_room::Grading;
 use fredholm_tests::check::long;
 use fredholm_tests::circle::{DEFAULT, LIGHT, RHO, with_piecewise};
+use fredholm_tests::cube::model;
 use fredholm_tests::cube::with_degree;
 use fredholm_tests::room::{Setup, Way, block, glowing};
 use fredholm_tests::{AnyNeighbour, Objects, all_ways, on_all_cores};

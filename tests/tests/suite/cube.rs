@@ -9,11 +9,10 @@ use fredholm_core::{
 };
 use fredholm_cube::{
     Cube, CubeError, CubeRule, CubeScores, Mean, Product, ProductTables, ScalarField, Weighted,
-    model,
 };
 use fredholm_tests::check::means;
 use fredholm_tests::cube::{
-    Gauss, OUTSIDE, POINTWISE, Ramp, models, walked, with_pointwise, with_smooth,
+    Gauss, OUTSIDE, POINTWISE, Ramp, model, models, walked, with_pointwise, with_smooth,
 };
 use fredholm_tests::paper;
 use fredholm_tests::quadrature::gauss_legendre;

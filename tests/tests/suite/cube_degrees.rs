@@ -9,10 +9,9 @@ use fredholm_core::{
 };
 use fredholm_cube::{
     Cube, CubeError, CubeRule, CubeScores, KernelFactors, Mean, Product, ScalarField, Weighted,
-    model,
 };
 use fredholm_tests::check::{long, means, seeds};
-use fredholm_tests::cube::{ALL, Gauss, Ramp, models, solved, walked, with_degree};
+use fredholm_tests::cube::{ALL, Gauss, Ramp, model, models, solved, walked, with_degree};
 use fredholm_tests::{all_ways, fit, paper};
 
 /// An expression for the number of functions in `$d` dimensions of every degree from 0 to 4.

@@ -8,12 +8,13 @@ use fredholm_core::{
     Absorption, At, Density as _, Equation, Estimator, Functional, Goal, Located, Neighbour,
     NeighbourOf, RunOptions, Space, WalkOptions,
 };
-use fredholm_cube::{CubeRule, Mean, model};
+use fredholm_cube::{CubeRule, Mean};
 use fredholm_rayon::{fill_rows, run};
 use fredholm_tests::check::long;
 use fredholm_tests::circle::{
     DEFAULT, LIGHT, Owned, PAPER, RHO, circle as of_arcs, with_piecewise, with_polynomials,
 };
+use fredholm_tests::cube::model;
 use fredholm_tests::cube::{ALL, with_degree};
 use fredholm_tests::quadrature::gauss_legendre;
 use fredholm_tests::{Objects, absorbed, all_ways};

@@ -2,7 +2,8 @@
 
 use fredholm_core::galerkin::{Dense, PairKind, Pairs, Piecewise, neighbour_source};
 use fredholm_core::{Absorption, Estimator, Form, Goal, Neighbour};
-use fredholm_cube::{Cube, CubeRule, CubeScores, Weighted, model};
+use fredholm_cube::{Cube, CubeRule, CubeScores, Weighted};
+use fredholm_tests::cube::model;
 use fredholm_tests::cube::{ALL, with_degree};
 use fredholm_tests::{paper, run};
 use fredholm_variance::{

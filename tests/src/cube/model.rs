@@ -12,7 +12,7 @@ use fredholm_core::array::Each;
 
 use fredholm_core::Real;
 
-use crate::{FactorIntegral, KernelFactors, Product, ScalarField};
+use fredholm_cube::{FactorIntegral, KernelFactors, Product, ScalarField};
 
 /// A model problem.
 #[derive(Clone, Copy, Debug, PartialEq)]
