@@ -1,6 +1,8 @@
 //! Randomised quasi-Monte Carlo: Sobol' points for the first numbers that walks draw.
 
 use core::convert::Infallible;
+use core::iter::Zip;
+use core::slice::Iter;
 
 use rand_core::{Rng, SeedableRng, TryRng};
 
@@ -106,10 +108,8 @@ impl SobolPoint {
 /// The generator of one walk: words whose first 32 bits are coordinates, and then those of G.
 #[derive(Debug)]
 pub struct SobolWalk<'m, G> {
-    coordinates: &'m [u32],
-    seeds: &'m [u32],
-    /// The number of draws so far, of those that are coordinates.
-    drawn: usize,
+    /// The coordinates that have not been drawn yet, and their seeds.
+    left: Zip<Iter<'m, u32>, Iter<'m, u32>>,
     rest: G,
 }
 
@@ -119,12 +119,8 @@ impl<G: Rng> TryRng for SobolWalk<'_, G> {
     #[inline]
     fn try_next_u64(&mut self) -> Result<u64, Infallible> {
         let word = self.rest.next_u64();
-        let coordinate = self.coordinates.get(self.drawn);
-        Ok(match coordinate.zip(self.seeds.get(self.drawn)) {
-            Some((&coordinate, &seed)) => {
-                self.drawn += 1;
-                u64::from(scrambled(coordinate, seed)) << 32 | word >> 32
-            }
+        Ok(match self.left.next() {
+            Some((&coordinate, &seed)) => of_coordinate(coordinate, seed, word),
             None => word,
         })
     }
@@ -143,6 +139,13 @@ impl<G: Rng> TryRng for SobolWalk<'_, G> {
         }
         Ok(())
     }
+}
+
+/// The word of a coordinate, and below it the bits of another word. By itself, so that walks which draw no coordinate are no slower.
+#[cold]
+#[inline(never)]
+fn of_coordinate(coordinate: u32, seed: u32, word: u64) -> u64 {
+    u64::from(scrambled(coordinate, seed)) << 32 | word >> 32
 }
 
 /// Laine and Karras' hash of a coordinate, whose bits are reversed before and after it: a bit depends on higher ones alone.
@@ -181,9 +184,7 @@ impl Generators for Sequence {
             }
         };
         SobolWalk {
-            coordinates,
-            seeds: &memory.seeds,
-            drawn: 0,
+            left: coordinates.iter().zip(&memory.seeds),
             rest: seeds.generator(walk.walk),
         }
     }
@@ -234,10 +235,9 @@ impl<G: Rng + SeedableRng> Net<G> {
             }
         }
         self.index += 1;
+        let coordinates = self.coordinates.get(..self.used).unwrap_or(&[]);
         SobolWalk {
-            coordinates: self.coordinates.get(..self.used).unwrap_or(&[]),
-            seeds: &self.seeds,
-            drawn: 0,
+            left: coordinates.iter().zip(&self.seeds),
             rest: self.draws.generator((self.unit << BITS) | index),
         }
     }

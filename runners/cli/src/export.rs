@@ -13,7 +13,7 @@ pub(crate) fn export(args: &ExportArgs) -> Result<Ended, Failure> {
     let file = read(&args.file, |_| ())?;
     let problem = Problem::new(file, None)?;
     let file = &problem.file;
-    let is_always = problem.model().last_steps() == LastSteps::Always;
+    let is_always = problem.model().about().last_steps == LastSteps::Always;
     file.refuse_directions(is_always)?;
     let fail = Failure::of(&problem.file);
     let settings = &problem.resolved.settings;

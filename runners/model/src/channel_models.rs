@@ -308,18 +308,22 @@ impl Model for ChannelModels {
     crate::of_space!(first);
 
     fn about(&self) -> About {
+        let all = || self.models.iter().map(|own| own.about().last_steps);
+        let last_steps = match all().find(|own| *own == LastSteps::Never) {
+            Some(never) => never,
+            None => LastSteps::Open {
+                pay: all().any(|own| own == LastSteps::Open { pay: true }),
+            },
+        };
         About {
             whole: WholeValues::None,
+            last_steps,
             ..self.first().about()
         }
     }
 
     fn channels(&self) -> &[String] {
         self.names.shared()
-    }
-
-    fn unit(&self) -> Option<&'static str> {
-        self.first().unit()
     }
 
     /// The quantities that all channels name, if they name the same.
@@ -368,16 +372,6 @@ impl Model for ChannelModels {
 
     fn whole(&self) -> Region {
         self.first().whole()
-    }
-
-    fn last_steps(&self) -> LastSteps {
-        let all = || self.models.iter().map(|own| own.last_steps());
-        match all().find(|own| *own == LastSteps::Never) {
-            Some(never) => never,
-            None => LastSteps::Open {
-                pay: all().any(|own| own == LastSteps::Open { pay: true }),
-            },
-        }
     }
 
     fn by_resolvent(&self, question: &ResolventQuestion<'_>) -> Result<ResolventFound<'_>, Error> {
@@ -446,10 +440,6 @@ impl Model for ChannelModels {
             answer,
             field: None,
         })
-    }
-
-    fn pairs_to_choose(&self) -> &'static [Pairs] {
-        self.first().pairs_to_choose()
     }
 
     fn exact_of(&self, goal: &Goal) -> Result<Option<f64>, Error> {

@@ -7,7 +7,7 @@
 /// use fredholm::{CubeModel, Model};
 ///
 /// let u = CubeModel::from_fn::<1>(|_, _| 0.5, |_| 1.0);
-/// assert_eq!(u.last_steps(), LastSteps::Never);
+/// assert_eq!(u.about().last_steps, LastSteps::Never);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LastSteps {

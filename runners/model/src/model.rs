@@ -7,7 +7,6 @@ use serde::Serialize;
 
 use crate::examined::Examined;
 use crate::heat::RadiativeExchange;
-use crate::last_step::LastSteps;
 use crate::quantity::Quantity;
 use crate::question::{ResolventFound, ResolventQuestion};
 
@@ -71,32 +70,6 @@ pub trait Model: Send + Sync {
         })
     }
 
-    /// Whether the walks of a way back start at the sources. For others a global estimate is the way back: its walks, too, go from what is
-    /// left of the source to all receivers.
-    fn has_adjoint(&self) -> bool {
-        false
-    }
-
-    /// Whether this is the model of the way back of another one.
-    fn is_adjoint(&self) -> bool {
-        false
-    }
-
-    /// The unit of u and of what follows from it, if it has one.
-    fn unit(&self) -> Option<&'static str> {
-        None
-    }
-
-    /// The unit of irradiances, if it has one: that of u, unless what arrives has a unit of its own.
-    fn irradiance_unit(&self) -> Option<&'static str> {
-        self.unit()
-    }
-
-    /// The unit of net fluxes of whole surfaces: watts, in the plane per metre of depth.
-    fn flux_unit(&self) -> &'static str {
-        "W/m"
-    }
-
     /// The place of a point in the drawing, where a region says it otherwise: in metres, of a room.
     fn position(&self, region: &Region) -> Option<Vec<f64>> {
         let _ = region;
@@ -132,19 +105,9 @@ pub trait Model: Send + Sync {
     /// The regions of a number of points, equally spaced over the space or along the part of this number.
     fn grid(&self, points: usize, part: Option<usize>) -> Vec<Region>;
 
-    /// The ends of the only coordinate of a closed curve, of which there are means over [arcs](Region::Arc).
-    fn around(&self) -> Option<[f64; 2]> {
-        None
-    }
-
     /// The region of the mean over the whole space.
     fn whole(&self) -> Region {
         Region::Whole
-    }
-
-    /// Whether the last step of its walks may lead to the light.
-    fn last_steps(&self) -> LastSteps {
-        LastSteps::Never
     }
 
     /// Answers goals by resolvent walks.
@@ -158,17 +121,6 @@ pub trait Model: Send + Sync {
             message: "resolvent walks are of equations whose kernel is a function on pairs of points: leave `method` out"
                 .to_owned(),
         })
-    }
-
-    /// The kinds of pairs that an automatic choice looks at, unless one is given. The first is that of [`Pairs::Default`]. One alone: its
-    /// neighbour equation comes from steps, and pairs make no difference.
-    fn pairs_to_choose(&self) -> &'static [Pairs] {
-        &[Pairs::Default, Pairs::Pointwise]
-    }
-
-    /// The pairs of a global estimate unless they are given.
-    fn whole_pairs(&self) -> Pairs {
-        Pairs::Default
     }
 
     /// About so many points of the space, spread over all of it: where the error bars of a global estimate are looked at.
@@ -525,10 +477,6 @@ macro_rules! of_space {
 
         fn place(&self, region: &$crate::Region) -> Option<[f64; 3]> {
             self.$inner().place(region)
-        }
-
-        fn around(&self) -> Option<[f64; 2]> {
-            self.$inner().around()
         }
 
         fn grid(&self, points: usize, part: Option<usize>) -> Vec<$crate::Region> {

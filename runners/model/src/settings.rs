@@ -158,8 +158,8 @@ impl Settings {
     #[must_use]
     pub fn for_model(self, model: &dyn Model) -> Self {
         let is_open = self.adjoint == Some(true) && self.global.is_none();
-        let is_global = !model.has_adjoint() && model.about().whole != WholeValues::None;
-        match is_open && is_global && !model.is_adjoint() {
+        let is_global = !model.about().has_adjoint && model.about().whole != WholeValues::None;
+        match is_open && is_global && !model.about().is_adjoint {
             true => Self {
                 adjoint: None,
                 global: Some(true),

@@ -422,8 +422,8 @@ impl Task {
         let found = found.map_err(|error| of(py, &error, &opened.file))?;
         let file = &opened.file.problem.of::<Scene>().map(|scene| &scene.file);
         let unit = match quantity {
-            GlobalQuantity::Irradiance => opened.model().irradiance_unit(),
-            _ => opened.model().unit(),
+            GlobalQuantity::Irradiance => opened.model().about().irradiance_unit,
+            _ => opened.model().about().unit,
         };
         Ok(face_arrays(
             py,

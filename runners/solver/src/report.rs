@@ -387,7 +387,7 @@ impl Report {
             unknowns: if plain { 0 } else { cells.unknowns },
             degree: settings.discretisation().degree,
             chain: Some(ChainReport {
-                adjoint: model.is_adjoint(),
+                adjoint: model.about().is_adjoint,
                 ..match plain {
                     true => ChainReport::plain(&walk),
                     false => ChainReport::new(&walk, settings.lifted()),
@@ -409,7 +409,7 @@ impl Report {
             walk_seconds: answer.walk_seconds,
             choice: choice.cloned(),
             choice_text: choice.map_or(String::new(), |choice| choice.text(settings, &cells.text)),
-            energy: EnergyReport::new(answer.derived.fluxes, model.flux_unit()),
+            energy: EnergyReport::new(answer.derived.fluxes, model.about().flux_unit),
             sensitivities,
             goals: reports,
             ..Self::empty(model, settings)
@@ -466,9 +466,9 @@ pub(crate) fn word_of<S: Serializer>(stop: &StopReason, to: S) -> Result<S::Ok, 
 /// The unit of what a goal asks for.
 fn unit_of(model: &dyn Model, goal: &Goal) -> Option<&'static str> {
     match goal.region.asked().0 {
-        GlobalQuantity::Irradiance => model.irradiance_unit(),
+        GlobalQuantity::Irradiance => model.about().irradiance_unit,
         GlobalQuantity::Transmission => None,
-        _ => model.unit(),
+        _ => model.about().unit,
     }
 }
 
@@ -567,10 +567,14 @@ impl GoalReport {
     /// Adds what follows from u and from the irradiance, by this number of walks.
     fn add(&mut self, heat: &Heat, model: &dyn Model, walks: u64) {
         let of = |found: Option<Estimate>, unit| Some(EstimateReport::new(found?, walks, unit));
-        self.irradiance = of(heat.irradiance, model.irradiance_unit());
+        self.irradiance = of(heat.irradiance, model.about().irradiance_unit);
         // Of a transmission it is the conductance.
         let is_passed = self.ask == Some(GlobalQuantity::Transmission.word());
-        let unit = if is_passed { Some("l/s") } else { model.unit() };
+        let unit = if is_passed {
+            Some("l/s")
+        } else {
+            model.about().unit
+        };
         self.net_flux = of(heat.net_flux, unit);
         self.is_flux_given = heat.is_flux_given;
         self.temperature = of(heat.temperature, Some("K"));

@@ -48,7 +48,7 @@ pub(super) fn content(
     let is_table = picturing.format == Format::Csv;
     let table =
         is_table.then(|| pixels(["column", "row"], columns(scene.channels(), "seen"), rows));
-    let unit = scene.unit();
+    let unit = scene.about().unit;
     let heat = unit == Some("W/m2");
     let seen = |view: View| {
         let light = colours(scene.channels(), &view.channels).filter(|_| !args.log);

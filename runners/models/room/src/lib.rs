@@ -270,30 +270,31 @@ fn grading(cut: &Discretisation) -> Grading {
 
 impl Model for RoomModel {
     fn about(&self) -> About {
+        let heat = self.surfaces.heat.then_some("W/m2");
+        let unit = heat.or_else(|| self.colours.as_ref()?.names.unit());
         About {
-            kind: "room",
-            dimension: None,
             most_degree: 4,
             less_memory: ADVICE,
             takes_any_cells: true,
-            counts_evaluations: false,
-            takes_resolvent: false,
             whole: match self.colours {
                 None => WholeValues::Points,
                 Some(_) => WholeValues::None,
             },
-            most_lift: 0,
-            has_sequences: false,
+            unit,
+            irradiance_unit: unit,
+            last_steps: LastSteps::Open {
+                pay: self.lights.pay,
+            },
+            // Rays, and what is nearest to them.
+            pairs_to_choose: &[Pairs::Rays, Pairs::Pointwise],
+            // With an exact G: where few walks start, in corners, what a ray leaves would be the largest error of all.
+            whole_pairs: Pairs::Pointwise,
+            ..About::of_kind("room")
         }
     }
 
     fn part(&self, number: usize) -> Option<&str> {
         self.surfaces.names.get(number).map(String::as_str)
-    }
-
-    fn unit(&self) -> Option<&'static str> {
-        let heat = self.surfaces.heat.then_some("W/m2");
-        heat.or_else(|| self.colours.as_ref()?.names.unit())
     }
 
     fn channels(&self) -> &[String] {
@@ -382,22 +383,6 @@ impl Model for RoomModel {
         let first = self.levels(discretisation).first().copied();
         let first = first.unwrap_or(4 * self.scene.geometry().walls().len());
         vec![first / 4, first / 2]
-    }
-
-    fn last_steps(&self) -> LastSteps {
-        LastSteps::Open {
-            pay: self.lights.pay,
-        }
-    }
-
-    /// Rays, and what is nearest to them.
-    fn pairs_to_choose(&self) -> &'static [Pairs] {
-        &[Pairs::Rays, Pairs::Pointwise]
-    }
-
-    /// All pointwise, with an exact G: where few walks start, in corners, what a ray leaves would be the largest error of all.
-    fn whole_pairs(&self) -> Pairs {
-        Pairs::Pointwise
     }
 
     /// The middles of equal parts of all surfaces, of each about as many as its share of the length, and one at least.

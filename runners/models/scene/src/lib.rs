@@ -475,30 +475,36 @@ fn less_mirrors(mut colours: Colours, scene: &Scene) -> Result<Colours, Error> {
 
 impl Model for SceneModel {
     fn about(&self) -> About {
+        let unit = match &self.light {
+            Light::Grey => None,
+            Light::Photometric => Some("lm/m2"),
+            Light::Heat(_) => Some("W/m2"),
+            Light::Colours(colours) => colours.names.unit(),
+            Light::Gas(_) => Some("mbar"),
+        };
         About {
-            kind: "scene",
-            dimension: None,
             most_degree: MOST_DEGREE,
-            less_memory: ": use fewer cells",
             takes_any_cells: true,
-            counts_evaluations: false,
-            takes_resolvent: false,
             whole: match (self.colours(), &self.adjoint) {
                 (None, None) => WholeValues::Means,
                 _ => WholeValues::None,
             },
-            most_lift: 0,
-            has_sequences: false,
+            unit,
+            irradiance_unit: match self.light {
+                Light::Photometric => Some("lx"),
+                _ => unit,
+            },
+            flux_unit: match self.light {
+                Light::Gas(_) => "mbar l/s",
+                _ => "W",
+            },
+            has_adjoint: true,
+            is_adjoint: self.adjoint.is_some(),
+            last_steps: LastSteps::Always,
+            // h = k on all of them.
+            pairs_to_choose: &[Pairs::Default],
+            ..About::of_kind("scene")
         }
-    }
-
-    /// h = k on all of them.
-    fn pairs_to_choose(&self) -> &'static [Pairs] {
-        &[Pairs::Default]
-    }
-
-    fn last_steps(&self) -> LastSteps {
-        LastSteps::Always
     }
 
     fn notes(&self) -> Vec<String> {
@@ -509,30 +515,6 @@ impl Model for SceneModel {
         self.names.get(number).map(String::as_str)
     }
 
-    fn unit(&self) -> Option<&'static str> {
-        match &self.light {
-            Light::Grey => None,
-            Light::Photometric => Some("lm/m2"),
-            Light::Heat(_) => Some("W/m2"),
-            Light::Colours(colours) => colours.names.unit(),
-            Light::Gas(_) => Some("mbar"),
-        }
-    }
-
-    fn irradiance_unit(&self) -> Option<&'static str> {
-        match self.light {
-            Light::Photometric => Some("lx"),
-            _ => self.unit(),
-        }
-    }
-
-    fn flux_unit(&self) -> &'static str {
-        match self.light {
-            Light::Gas(_) => "mbar l/s",
-            _ => "W",
-        }
-    }
-
     fn channels(&self) -> &[String] {
         self.colours().map_or(&[], |colours| colours.names.shared())
     }
@@ -541,14 +523,6 @@ impl Model for SceneModel {
     fn shared(&self) -> usize {
         let receivers = self.adjoint.as_ref().map(|adjoint| adjoint.known.len());
         receivers.unwrap_or_else(|| self.channels().len().max(1))
-    }
-
-    fn has_adjoint(&self) -> bool {
-        true
-    }
-
-    fn is_adjoint(&self) -> bool {
-        self.adjoint.is_some()
     }
 
     fn adjoint(&self, goals: &[Goal]) -> Result<Box<dyn Model + '_>, Error> {

@@ -322,7 +322,7 @@ impl<'m> Question<'_, 'm> {
 
     fn pairs(&self) -> Pairs {
         let given = self.settings.pairs;
-        given.unwrap_or_else(|| self.model.whole_pairs())
+        given.unwrap_or_else(|| self.model.about().whole_pairs)
     }
 
     /// The numbers of cells, from few to many.

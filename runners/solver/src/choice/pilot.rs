@@ -33,7 +33,11 @@ impl Sample {
     pub(super) fn new(model: &dyn Model, targets: &[Target]) -> Result<Self, Error> {
         let count = targets.len();
         // Receivers of the way back have one set of walks.
-        let most = if model.is_adjoint() { count } else { TARGETS };
+        let most = if model.about().is_adjoint {
+            count
+        } else {
+            TARGETS
+        };
         let kept = count.min(most);
         let channels = model.channels().len().max(1);
         let numbers: Vec<usize> = (0..kept).map(|i| i * count / kept).collect();
@@ -62,7 +66,7 @@ impl Sample {
             }),
             goals: goals(model, &few)?,
             weights,
-            served: if model.is_adjoint() {
+            served: if model.about().is_adjoint {
                 count.min(TARGETS) as u64
             } else {
                 1

@@ -608,17 +608,16 @@ impl<E: CustomEquation<Scalar = f64>> CustomModel<E> {
 impl<E: CustomEquation<Scalar = f64>> Model for CustomModel<E> {
     fn about(&self) -> About {
         About {
-            kind: self.name,
-            dimension: None,
             most_degree: self.equations.degrees.len() - 1,
-            less_memory: ": use fewer cells",
-            takes_any_cells: false,
             counts_evaluations: true,
             takes_resolvent: self.takes_resolvent && E::DIMENSION <= MOST_RESOLVED,
             // Where the parameters of points are known there are polynomials of any degree.
             whole: WholeValues::Points,
             most_lift: lifted::HIGHEST - 1,
             has_sequences: true,
+            around: self.coordinates.first().copied().filter(|_| self.has_arcs),
+            last_steps: self.last_steps,
+            ..About::of_kind(self.name)
         }
     }
 
@@ -648,14 +647,6 @@ impl<E: CustomEquation<Scalar = f64>> Model for CustomModel<E> {
             }
             _ => None,
         }
-    }
-
-    fn around(&self) -> Option<[f64; 2]> {
-        self.coordinates.first().copied().filter(|_| self.has_arcs)
-    }
-
-    fn last_steps(&self) -> LastSteps {
-        self.last_steps
     }
 
     fn quantities(&self) -> Vec<Quantity> {

@@ -456,7 +456,7 @@ impl<E: CustomEquation<Scalar = f64>> System for CustomSystem<'_, E> {
         let everywhere = |_: &E::Point| Density::uniform(measure);
         let arcs = self.arcs(&uniform, &quadrature, request.goals)?;
         // Around a closed curve cells lie in the order of the coordinate, to which their measures are proportional.
-        let ends = Model::around(self.cut.model).map(|[from, to]| {
+        let ends = self.cut.model.about().around.map(|[from, to]| {
             let (mut below, mut ends) = (0.0, vec![from]);
             for cell in 0..cells {
                 below += equation.measure(cell);

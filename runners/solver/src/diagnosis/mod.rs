@@ -105,7 +105,8 @@ pub fn diagnose(
     };
     let mut diagnosis = look(walk.pairs, false)?;
     let of_default = model
-        .pairs_to_choose()
+        .about()
+        .pairs_to_choose
         .first()
         .copied()
         .unwrap_or(Pairs::Default);
@@ -114,7 +115,7 @@ pub fn diagnose(
         pairs => pairs,
     };
     // With a lift all pairs are pointwise.
-    let others: &[_] = if lift.is_some() || model.pairs_to_choose().len() == 1 {
+    let others: &[_] = if lift.is_some() || model.about().pairs_to_choose.len() == 1 {
         &[]
     } else {
         Pairs::ALL

@@ -9,7 +9,7 @@ use fredholm_core::galerkin::{Cells as _, DiagonalRule, PairKind, Piecewise};
 use fredholm_core::{Dependence, Real, SourcePart, best_lights};
 
 use fredholm_model::resolvent::{ResolventFound, ResolventQuestion};
-use fredholm_model::{About, LastSteps, Quantity};
+use fredholm_model::{About, Quantity};
 
 use super::{ANY, PART, Told, numbered};
 use crate::custom::{

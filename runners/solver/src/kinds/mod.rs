@@ -10,10 +10,6 @@ macro_rules! delegated {
     ($inner:ident) => {
         fredholm_model::of_space!($inner);
 
-        fn last_steps(&self) -> LastSteps {
-            self.$inner().last_steps()
-        }
-
         fn exact(&self, region: &Region) -> Result<Option<f64>, Error> {
             self.$inner().exact(region)
         }

@@ -8,7 +8,7 @@ use fredholm_sphere::{Sphere, SphereError, point};
 pub use fredholm_sphere::Parameters;
 
 use fredholm_model::resolvent::{ResolventFound, ResolventQuestion};
-use fredholm_model::{About, LastSteps, Quantity};
+use fredholm_model::{About, Quantity};
 
 use super::{ANY, PART, numbered};
 use crate::{CustomModel, Discretisation, Error, Goal, Model, Pairs, Partitioned, Region};

@@ -10,7 +10,7 @@ use fredholm_core::galerkin::Cells;
 use fredholm_core::resolvent::{Grid, Regular};
 use fredholm_core::{Located, Space};
 use fredholm_model::resolvent::{ResolventFound, ResolventQuestion};
-use fredholm_model::{About, Differentiated, LastSteps, Quantity};
+use fredholm_model::{About, Differentiated, Quantity};
 
 use super::derivatives::{Derivatives, Given};
 use super::watch::Watch;

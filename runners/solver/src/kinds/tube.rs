@@ -6,7 +6,7 @@ use fredholm_tube::Tube;
 pub use fredholm_tube::Parameters;
 
 use fredholm_model::resolvent::{ResolventFound, ResolventQuestion};
-use fredholm_model::{About, LastSteps, Quantity};
+use fredholm_model::{About, Quantity};
 
 use super::{ANY, PART, Told, numbered};
 use crate::{CustomModel, Discretisation, Error, Goal, Model, Pairs, Partitioned, Region};

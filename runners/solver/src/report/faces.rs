@@ -146,8 +146,8 @@ impl FacesReport {
             problem: model.about().kind,
             quantity: quantity.word(),
             unit: match quantity {
-                GlobalQuantity::Irradiance => model.irradiance_unit(),
-                _ => model.unit(),
+                GlobalQuantity::Irradiance => model.about().irradiance_unit,
+                _ => model.about().unit,
             },
             surfaces,
             surface_of,

@@ -201,7 +201,7 @@ impl GoalReport {
             // An interval of 95 % has Student's t of one degree of freedom less than that.
             replicates: Some((found.freedom + 1.0).min(1e6) as u32),
             rounding_floor: found.floor,
-            preconditioned: EstimateReport::new(estimate, found.points, model.unit()),
+            preconditioned: EstimateReport::new(estimate, found.points, model.about().unit),
             ..Self::of_value(model, goal, exact, (Some(found.value), Some(bar)))
         }
     }

@@ -316,7 +316,7 @@ impl GlobalEstimate<'_> {
         let mesh = self.mesh_report();
         Ok(GlobalReport {
             summary: self.summary().clone(),
-            unit: model.unit(),
+            unit: model.about().unit,
             targets,
             energy: self.energy()?,
             value_seconds: 0.0,
@@ -381,7 +381,7 @@ impl GlobalEstimate<'_> {
         });
         let all = values.last().copied();
         let all = all.filter(|all| !all.estimate.is_nan());
-        let unit = self.model().flux_unit();
+        let unit = self.model().about().flux_unit;
         Ok(
             EnergyReport::new(fluxes.collect(), unit).map(|energy| EnergyReport {
                 // Errors of one set of walks depend on each other.

@@ -13,7 +13,7 @@ pub fn asked_way_back<'a>(
     settings: &Settings,
     goals: &[Goal],
 ) -> Result<Option<Box<dyn Model + 'a>>, Error> {
-    let is_asked = settings.adjoint == Some(true) && !model.is_adjoint();
+    let is_asked = settings.adjoint == Some(true) && !model.about().is_adjoint;
     is_asked.then(|| model.adjoint(goals)).transpose()
 }
 
@@ -66,7 +66,7 @@ impl Solver<'_> {
         let is_open = is_open && !settings.sensitivities;
         // Every process of a team must take the same way.
         let is_alone = self.execute.takes_whole();
-        let may = is_chosen && is_open && is_alone && !self.model.is_adjoint();
+        let may = is_chosen && is_open && is_alone && !self.model.about().is_adjoint;
         may.then(|| self.model.adjoint(goals).ok()).flatten()
     }
 

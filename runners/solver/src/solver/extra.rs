@@ -77,7 +77,7 @@ impl Solver<'_> {
     }
 
     fn check_last_step(&self) -> Result<(), Error> {
-        let message = match (self.settings.last_step, self.model.last_steps()) {
+        let message = match (self.settings.last_step, self.model.about().last_steps) {
             (Some(true), LastSteps::Never) => {
                 "the last step of walks leads to the light in rooms, and on circles whose `emission` is a list of arcs: leave \
                  `last_step` out"

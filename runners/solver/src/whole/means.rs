@@ -85,7 +85,7 @@ impl GlobalEstimate<'_> {
         points: usize,
     ) -> Result<Vec<GlobalValue>, Error> {
         let rule = gauss(points)?;
-        let around = self.model.around();
+        let around = self.model.about().around;
         let (mut nodes, mut ends) = (Vec::new(), Vec::new());
         for cell in cells {
             let Some((corner, neighbours)) = cell.split_first() else {

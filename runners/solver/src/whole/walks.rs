@@ -134,7 +134,10 @@ impl<'a, 'm> Whole<'a, 'm> {
             });
         }
         let (cut, mut walk) = (self.settings.discretisation(), self.settings.walk_options());
-        walk.pairs = self.settings.pairs.unwrap_or(self.model.whole_pairs());
+        walk.pairs = self
+            .settings
+            .pairs
+            .unwrap_or(self.model.about().whole_pairs);
         if walk.last_step {
             return Err(Error::Option {
                 subject: Subject::LastStep,

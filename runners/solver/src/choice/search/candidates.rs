@@ -47,7 +47,7 @@ impl Search<'_> {
     /// Plain walks, and every degree with every choice of pairs, as far as they are open.
     pub(super) fn begin_families(&mut self) {
         let degrees: Vec<usize> = (0..=self.about.most_degree).collect();
-        let pairs = open(self.settings.pairs, self.model.pairs_to_choose());
+        let pairs = open(self.settings.pairs, self.model.about().pairs_to_choose);
         let degrees = open(self.settings.degree, &degrees);
         let last_steps = self.last_steps();
         let mut all = Vec::new();
@@ -89,7 +89,7 @@ impl Search<'_> {
 
     /// Whether last steps lead to the light: both, where that is open and may pay.
     fn last_steps(&self) -> Vec<bool> {
-        match (self.settings.last_step, self.model.last_steps()) {
+        match (self.settings.last_step, self.model.about().last_steps) {
             (Some(given), LastSteps::Open { .. }) => vec![given],
             (None, LastSteps::Open { pay: true }) => vec![false, true],
             _ => vec![false],

@@ -9,7 +9,7 @@ use std::sync::{Arc, OnceLock};
 
 use fredholm_core::Real;
 use fredholm_model::resolvent::{ResolventFound, ResolventQuestion};
-use fredholm_model::{About, Deterministic, Differentiated, Field, LastSteps, Quantity};
+use fredholm_model::{About, Deterministic, Differentiated, Field, Quantity};
 
 use super::derivatives::{Derivatives, Given};
 use super::system;
