@@ -358,9 +358,11 @@ where
     ) -> Result<(), NotFinite> {
         let own = (goal, number);
         let outcome = match Course::of(self.options.absorption) {
-            // A constant in its loop over walks.
+            course if !G::COURSES => self.run_walks(own, course, batches, at_most),
+            // A loop over walks for each course, which is a constant there.
             Course::Roulette => self.run_walks(own, Course::Roulette, batches, at_most),
-            course => self.run_walks(own, course, batches, at_most),
+            Course::Absorbed(q) => self.run_walks(own, Course::Absorbed(q), batches, at_most),
+            Course::Collided(q) => self.run_walks(own, Course::Collided(q), batches, at_most),
         };
         self.end(batches);
         outcome

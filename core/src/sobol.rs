@@ -17,7 +17,7 @@ pub const SOBOL_COORDINATES: usize = 32;
 const BITS: usize = 32;
 
 /// The numbers that walks draw: independent ones, or, in a replicate, points of one Sobol' sequence that is randomised for the replicate,
-/// randomised quasi-Monte Carlo (Owen 1997). It is told when a program runs, so that walks are compiled once for both.
+/// randomised quasi-Monte Carlo (Owen 1997). It is told when a program runs: walks are compiled once for both.
 ///
 /// Walk i of a replicate draws the coordinates of point i, one after the other, of a Sobol' sequence with the direction
 /// numbers of Joe and Kuo (2008). Its first [`SOBOL_COORDINATES`] draws have their first 32 bits from it; all other bits are
@@ -116,7 +116,7 @@ pub struct SobolWalk<'m, G> {
 impl<G: Rng> TryRng for SobolWalk<'_, G> {
     type Error = Infallible;
 
-    #[inline]
+    #[inline(always)]
     fn try_next_u64(&mut self) -> Result<u64, Infallible> {
         let word = self.rest.next_u64();
         Ok(match self.left.next() {
@@ -163,13 +163,14 @@ impl Generators for Sequence {
     type Random = DefaultGenerator;
     type Generator<'m> = SobolWalk<'m, DefaultGenerator>;
     type Memory = SobolPoint;
+    const COURSES: bool = false;
 
     #[inline(always)]
     fn is_sequence(self) -> bool {
         self == Self::Sobol
     }
 
-    #[inline]
+    #[inline(always)]
     fn generator<'m>(
         self,
         seeds: &WalkSeeds,

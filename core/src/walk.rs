@@ -242,7 +242,8 @@ impl<P, F: Copy, V, A: Visitor<P, F, V>, B: Visitor<P, F, V>> Visitor<P, F, V> f
     }
 }
 
-/// How walks end and score. Roulette is a constant within its loop over walks, so that none of them asks for it.
+/// How walks end and score: a constant within each loop over walks, so that no walk asks for it, where [`Generators`](crate::Generators) say
+/// so.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Course<F> {
     Roulette,

@@ -18,7 +18,7 @@ use super::scores::{CellScores, Polynomials};
 use super::whole::{AnyStarts, GlobalWalks};
 use super::{CustomEquation, PointFn};
 use crate::domain::Position;
-use crate::{Error, Goal, Region, Subject};
+use crate::{Error, Goal, Region, Sequence, Subject};
 use fredholm_model::cost::PointwisePairs;
 use fredholm_model::resolvent::{self, ByDensity, Grid, RegularKind};
 use fredholm_model::{
@@ -392,10 +392,13 @@ impl<E: CustomEquation> GoalWalks<'_, E> {
             self.goals,
             self.request.walk.for_core(),
         );
-        let job = &job.with_generators(self.request.walk.sequence);
+        let sequence = self.request.walk.sequence;
         let is_wanted = self.request.wanted == Wanted::Derivatives;
         let Some((quantities, dependences)) = self.dependences.filter(|_| is_wanted) else {
-            return then(job);
+            return match sequence {
+                Sequence::Random => then(&job),
+                Sequence::Sobol => then(&job.with_generators(sequence)),
+            };
         };
         let of =
             |before: Option<&E::Point>, x: &E::Point, each: &mut dyn FnMut(usize, Dependence)| {
@@ -403,7 +406,8 @@ impl<E: CustomEquation> GoalWalks<'_, E> {
                 let known = known.map_or(0.0, |lights| lights.known(self.equation, x));
                 dependences(before, x, &mut |own| each(0, own.knowing(known)));
             };
-        then(&Sensitivities::new(job, *quantities, &of))
+        let job = job.with_generators(sequence);
+        then(&Sensitivities::new(&job, *quantities, &of))
     }
 }
 

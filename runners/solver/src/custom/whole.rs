@@ -18,7 +18,7 @@ use super::degree::Boxed;
 use super::scores::{Integrals, MOST_DEGREE, Polynomials, parameters};
 use super::system::CustomSystem;
 use super::walk::{ScoredOn, Solved, is_weight, nodes_between, place};
-use crate::{Error, Region};
+use crate::{Error, Region, Sequence};
 
 /// What rounding leaves of a density over its value, in single precision.
 const ROUNDING: f64 = 1e-5;
@@ -61,7 +61,10 @@ impl<E: CustomEquation> GlobalWalks<'_, E> {
             Some((x, first.to_f64()))
         })?;
         let job = job.with_known(&known);
-        then(&job.with_generators(request.walk.sequence))
+        match request.walk.sequence {
+            Sequence::Random => then(&job),
+            Sequence::Sobol => then(&job.with_generators(Sequence::Sobol)),
+        }
     }
 }
 
