@@ -79,7 +79,7 @@ pub struct WalkOptions {
     /// The form of the control variate.
     pub form: Form,
     /// The number of first states in which a walk is not absorbed. There it scores F, whatever the estimator. A walk is as many states
-    /// longer, and depends on its draws without the jumps of absorption, so that a [`Sobol`](crate::Sobol) sequence gains
+    /// longer, and depends on its draws without the jumps of absorption, so that a [Sobol'](crate::Sequence) sequence gains
     /// more. Survival biasing in the words of neutron transport.
     pub forced_steps: u32,
     /// Most states of a walk; a walk that is cut off there is counted.

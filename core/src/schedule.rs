@@ -26,7 +26,7 @@ pub enum Tolerance {
 
 /// The fewest batches whose error bar is believed.
 pub const MIN_BATCHES: u64 = 16;
-/// The fewest replicates of a [`Sobol`](crate::Sobol) sequence whose error bar is believed, as every one is one sample: the standard error of
+/// The fewest replicates of a [Sobol'](crate::Sequence) sequence whose error bar is believed, as every one is one sample: the standard error of
 /// 32 is uncertain by 13 %, and Student's quantile of 95 % is 2.04.
 pub const MIN_REPLICATES: u64 = 32;
 /// The fewest walks that scored whose error bar is believed: a standard deviation from a few scores

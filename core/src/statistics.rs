@@ -22,7 +22,7 @@ pub struct Terminations {
 pub struct Estimate {
     /// The mean over the walks.
     pub estimate: f64,
-    /// The standard error of that mean, std_dev/√walks. Of n replicates of a [`Sobol`](crate::Sobol) sequence an interval of
+    /// The standard error of that mean, std_dev/√walks. Of n replicates of a [Sobol'](crate::Sequence) sequence an interval of
     /// 95 % is the quantile of Student's t with n − 1 degrees of freedom times as wide on each side. `None`: fewer than two walks, or none that
     /// scored, so that nothing is known.
     pub std_error: Option<f64>,

@@ -37,7 +37,7 @@ pub trait GlobalJob: Sync {
 /// Equation, starts, neighbour equation, scored functions and seeds: everything that the walks of a global estimate depend on.
 ///
 /// N = `KEPT` states of a walk are kept, or one where the density of further states is not known, as with roulette, or where forced
-/// steps serve a [`Sobol`](crate::Sobol) sequence: see the [module](super) for why they are the first ones. The sums of several channels stand one after the other.
+/// steps serve a [Sobol'](crate::Sequence) sequence: see the [module](super) for why they are the first ones. The sums of several channels stand one after the other.
 ///
 /// ```
 /// use fredholm_core::galerkin::{Basis, Cells};

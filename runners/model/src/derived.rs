@@ -18,7 +18,7 @@ pub struct Flux {
     pub name: String,
     /// The number of walks.
     pub walks: u64,
-    /// The net flux in the [flux unit](crate::Model::flux_unit); `None` where its material changes.
+    /// The net flux in the [flux unit](crate::About::flux_unit); `None` where its material changes.
     pub net_flux: Option<Estimate>,
     /// Whether that is given, so that it takes no walks.
     pub is_given: bool,
