@@ -211,7 +211,7 @@ impl<G: Rng + SeedableRng> Generators for Independent<G> {
     }
 
     #[inline(always)]
-    fn generator<'m>(self, seeds: &WalkSeeds<G>, walk: WalkNumber, (): &'m mut ()) -> G {
+    fn generator(self, seeds: &WalkSeeds<G>, walk: WalkNumber, (): &mut ()) -> G {
         seeds.generator(walk.walk)
     }
 }
