@@ -17,7 +17,7 @@ pub const SOBOL_COORDINATES: usize = 32;
 const BITS: usize = 32;
 
 /// The numbers that walks draw: independent ones, or, in a replicate, points of one Sobol' sequence that is randomised for the replicate,
-/// randomised quasi-Monte Carlo (Owen 1997). It is told when a program runs: walks are compiled once for both.
+/// randomised quasi-Monte Carlo (Owen 1997). It is told when a program runs.
 ///
 /// Walk i of a replicate draws the coordinates of point i, one after the other, of a Sobol' sequence with the direction
 /// numbers of Joe and Kuo (2008). Its first [`SOBOL_COORDINATES`] draws have their first 32 bits from it; all other bits are
@@ -116,11 +116,11 @@ pub struct SobolWalk<'m, G> {
 impl<G: Rng> TryRng for SobolWalk<'_, G> {
     type Error = Infallible;
 
-    #[inline(always)]
+    #[inline]
     fn try_next_u64(&mut self) -> Result<u64, Infallible> {
         let word = self.rest.next_u64();
         Ok(match self.left.next() {
-            Some((&coordinate, &seed)) => of_coordinate(coordinate, seed, word),
+            Some((&coordinate, &seed)) => u64::from(scrambled(coordinate, seed)) << 32 | word >> 32,
             None => word,
         })
     }
@@ -139,13 +139,6 @@ impl<G: Rng> TryRng for SobolWalk<'_, G> {
         }
         Ok(())
     }
-}
-
-/// The word of a coordinate, and below it the bits of another word. By itself, so that walks which draw no coordinate are no slower.
-#[cold]
-#[inline(never)]
-fn of_coordinate(coordinate: u32, seed: u32, word: u64) -> u64 {
-    u64::from(scrambled(coordinate, seed)) << 32 | word >> 32
 }
 
 /// Laine and Karras' hash of a coordinate, whose bits are reversed before and after it: a bit depends on higher ones alone.
@@ -170,7 +163,7 @@ impl Generators for Sequence {
         self == Self::Sobol
     }
 
-    #[inline(always)]
+    #[inline]
     fn generator<'m>(
         self,
         seeds: &WalkSeeds,
