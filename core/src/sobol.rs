@@ -4,7 +4,9 @@ use core::convert::Infallible;
 use core::iter::Zip;
 use core::slice::Iter;
 
-use rand_core::{Rng, SeedableRng, TryRng};
+#[cfg(feature = "alloc")]
+use rand_core::SeedableRng;
+use rand_core::{Rng, TryRng};
 
 #[cfg(feature = "alloc")]
 use crate::galerkin::MOST_DIMENSIONS;
