@@ -18,8 +18,8 @@ pub const SOBOL_COORDINATES: usize = 32;
 /// Bits of a coordinate that are Sobol's; those below are pseudo-random.
 const BITS: usize = 32;
 
-/// The numbers that walks draw: independent ones, or, in a replicate, points of one Sobol' sequence that is randomised for the replicate,
-/// randomised quasi-Monte Carlo (Owen 1997). It is told when a program runs.
+/// The numbers that walks draw, chosen at run time: independent ones or, for the walks of a replicate, points of one Sobol' sequence that is
+/// randomised for the replicate, randomised quasi-Monte Carlo (Owen 1997).
 ///
 /// Walk i of a replicate draws the coordinates of point i, one after the other, of a Sobol' sequence with the direction
 /// numbers of Joe and Kuo (2008). Its first [`SOBOL_COORDINATES`] draws have their first 32 bits from it; all other bits are
@@ -107,7 +107,7 @@ impl SobolPoint {
     }
 }
 
-/// The generator of one walk: words whose first 32 bits are coordinates, and then those of G.
+/// The generator of one walk: words whose first 32 bits are coordinates, as long as there are some, and then those of G.
 #[derive(Debug)]
 pub struct SobolWalk<'m, G> {
     /// The coordinates that have not been drawn yet, and their seeds.
@@ -158,7 +158,7 @@ impl Generators for Sequence {
     type Random = DefaultGenerator;
     type Generator<'m> = SobolWalk<'m, DefaultGenerator>;
     type Memory = SobolPoint;
-    const COURSES: bool = false;
+    const ONE_LOOP_PER_END: bool = false;
 
     #[inline(always)]
     fn is_sequence(self) -> bool {

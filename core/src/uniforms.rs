@@ -156,9 +156,9 @@ pub trait Generators: Copy + Sync {
     type Generator<'m>: Rng;
     /// What is kept from walk to walk so that the next one takes less time. No walk depends on it.
     type Memory: Default;
-    /// Whether loops over walks are compiled for every way in which these may end, which takes a twentieth of the instructions of the
-    /// cheapest walks away, and the compiler as many times as long.
-    const COURSES: bool;
+    /// Whether each way in which walks may end has a loop over walks of its own. The cheapest walks need a twentieth fewer instructions
+    /// there, and the compiler longer.
+    const ONE_LOOP_PER_END: bool;
 
     /// Whether walks of a replicate depend on each other, so that error bars come from replicates.
     fn is_sequence(self) -> bool;
@@ -203,7 +203,7 @@ impl<G: Rng + SeedableRng> Generators for Independent<G> {
     type Random = G;
     type Generator<'m> = G;
     type Memory = ();
-    const COURSES: bool = true;
+    const ONE_LOOP_PER_END: bool = true;
 
     #[inline(always)]
     fn is_sequence(self) -> bool {

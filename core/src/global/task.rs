@@ -344,7 +344,7 @@ where
 
     fn run(&self, replicate: &mut Replicate<'_>, at_most: u64) -> Result<(), NotFinite> {
         match Course::of(self.options.absorption) {
-            course if !G::COURSES => self.run_walks(course, replicate, at_most),
+            course if !G::ONE_LOOP_PER_END => self.run_walks(course, replicate, at_most),
             // A constant in its loop over walks.
             Course::Roulette => self.run_walks(Course::Roulette, replicate, at_most),
             course => self.run_walks(course, replicate, at_most),
