@@ -6,7 +6,7 @@ use fredholm_core::galerkin::{Solution, legendre};
 use fredholm_core::{Equation as _, NoDraws, Value};
 use fredholm_surfaces::Tint;
 
-use crate::matrix::{places, side_by_side};
+use crate::matrix::{RowFill, in_order, places, side_by_side};
 use crate::views::parts;
 use crate::{Grading, Matrix, Mesh, Room, RoomError, Scene, Tables};
 
@@ -58,11 +58,24 @@ impl CoarseSolution {
     /// # Errors
     /// Those of [`Mesh::new`] and [`Matrix::new`], and [`RoomError::Galerkin`].
     pub fn new(scene: &Scene, unknowns: usize, tint: &impl Tint<f64>) -> Result<Self, RoomError> {
+        Self::with_rows(scene, unknowns, tint, in_order)
+    }
+
+    /// The Galerkin solutions by a function that has the rows of the matrix filled, on threads, say: see [`Matrix::with_rows`].
+    ///
+    /// # Errors
+    /// Those of [`Mesh::new`] and of the function, [`RoomError::Memory`] and [`RoomError::Galerkin`].
+    pub fn with_rows<E: From<RoomError>>(
+        scene: &Scene,
+        unknowns: usize,
+        tint: &impl Tint<f64>,
+        rows: impl FnOnce(&mut [f64], usize, RowFill<'_>) -> Result<(), E>,
+    ) -> Result<Self, E> {
         let cells = unknowns.div_ceil(FUNCTIONS).max(1);
         let mesh = Mesh::new::<f64>(scene, cells, Grading::of_degree(FUNCTIONS - 1))?;
         let tables = Tables::new(scene, &mesh);
         let room = tables.room();
-        let matrix = Matrix::new::<FUNCTIONS>(&room)?;
+        let matrix = Matrix::with_rows::<FUNCTIONS, E>(&room, rows)?;
         let solutions =
             (0..tint.channels()).map(|channel| matrix.solve_channel(&room, tint, channel));
         let solutions = solutions.collect::<Result<Vec<_>, RoomError>>()?;

@@ -72,7 +72,7 @@ pub use geometry::{Geometry, Hit, Node, Strip, Wall};
 #[cfg(feature = "alloc")]
 pub use light::{DirectLight, subtract_lights};
 #[cfg(feature = "alloc")]
-pub use matrix::{Matrix, side_by_side};
+pub use matrix::{Matrix, RowFill, side_by_side};
 #[cfg(feature = "alloc")]
 pub use mesh::{Grading, Mesh};
 pub use outside::Outside;

@@ -15,6 +15,9 @@ use crate::{Room, RoomError};
 const TOLERANCE: f64 = 1e-14;
 const SWEEPS: u32 = 10_000;
 
+/// Fills the rows of a cell, whatever they held.
+pub type RowFill<'f> = &'f (dyn Fn(usize, &mut [f64]) -> Result<(), RoomError> + Sync);
+
 /// K' with B functions on a cell, (nB)² numbers. For B = 1 K'_ij is ρ_i F_ij with F_ij the form factor from cell i to cell j.
 ///
 /// What points of a cell see of all others is exact, and in sum all there is. Over the points of the cell it is integrated by Gauss points in
@@ -32,12 +35,26 @@ impl Matrix {
     /// # Errors
     /// [`RoomError::Memory`].
     pub fn new<const B: usize>(room: &Room<'_, f64>) -> Result<Self, RoomError> {
+        Self::with_rows::<B, RoomError>(room, in_order)
+    }
+
+    /// The coefficients by a function that has the rows of all cells filled, as many entries for each as it is told, in any order and
+    /// on any threads: every cell's are computed by themselves.
+    ///
+    /// # Errors
+    /// [`RoomError::Memory`], and those of the function.
+    pub fn with_rows<const B: usize, E: From<RoomError>>(
+        room: &Room<'_, f64>,
+        rows: impl FnOnce(&mut [f64], usize, RowFill<'_>) -> Result<(), E>,
+    ) -> Result<Self, E> {
         let cells = room.cells();
         let unknowns = cells.checked_mul(B);
         let size = unknowns.and_then(|unknowns| unknowns.checked_mul(unknowns));
-        let mut entries: Vec<f64> = buffer(size.ok_or(RoomError::Memory { bytes: None })?)?;
-        let mut row = buffer(cells * B)?;
-        for (cell, rows) in entries.chunks_exact_mut(cells * B * B).enumerate() {
+        let mut entries: Vec<f64> =
+            buffer(size.ok_or(RoomError::Memory { bytes: None })?).map_err(RoomError::from)?;
+        rows(&mut entries, cells * B * B, &|cell, rows| {
+            let mut row = buffer(cells * B)?;
+            rows.fill(0.0);
             for [from, to] in parts(room, cell, &[]) {
                 for (place, weight) in places(B.max(2)) {
                     let t = from + (to - from) * place;
@@ -54,7 +71,8 @@ impl Matrix {
                     }
                 }
             }
-        }
+            Ok(())
+        })?;
         Ok(Self {
             entries,
             cells,
@@ -131,6 +149,16 @@ impl Matrix {
         };
         Ok(Solution::new(&coefficients, source, TOLERANCE, SWEEPS)?)
     }
+}
+
+/// Fills the rows of all cells one after the other.
+pub(crate) fn in_order(
+    entries: &mut [f64],
+    width: usize,
+    fill: RowFill<'_>,
+) -> Result<(), RoomError> {
+    let mut rows = entries.chunks_exact_mut(width.max(1)).enumerate();
+    rows.try_for_each(|(cell, rows)| fill(cell, rows))
 }
 
 impl Matrix {

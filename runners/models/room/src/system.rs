@@ -18,7 +18,7 @@ use fredholm_model::{
 use fredholm_rayon::fill_rows;
 use fredholm_room::{
     CellRays, CoarseSolution, ExactNeighbour, Grey, Matrix, Point, RayNeighbour, RaySetup,
-    RayTables, Room, Tint, paper_pairs, subtract_lights,
+    RayTables, Room, RowFill, Tint, paper_pairs, subtract_lights,
 };
 
 use crate::of_degree;
@@ -123,14 +123,22 @@ pub(crate) struct RoomSystem<'m> {
     paper: OnceLock<Paper>,
 }
 
+/// Fills the rows of a matrix on the threads of the current rayon pool.
+fn on_all_cores(entries: &mut [f64], width: usize, fill: RowFill<'_>) -> Result<(), Error> {
+    fill_rows(entries, width, |cell, rows| Ok(fill(cell, rows)?))
+}
+
 impl<'m> RoomPartition<'m> {
     /// v of every channel.
     pub(crate) fn system(&self) -> Result<RoomSystem<'m>, Error> {
         let scene = &self.model.scene;
         let few = few(self.unknowns_of_channel());
         let few = match self.model.wall_colours() {
-            None => CoarseSolution::new(scene, few, &Grey)?,
-            Some(colours) => CoarseSolution::new(scene, few, &colours.tint::<MOST_CHANNELS>())?,
+            None => CoarseSolution::with_rows(scene, few, &Grey, on_all_cores)?,
+            Some(colours) => {
+                let tint = colours.tint::<MOST_CHANNELS>();
+                CoarseSolution::with_rows(scene, few, &tint, on_all_cores)?
+            }
         };
         let tables = self.tables::<f64>();
         let mut v = vec![0.0; self.unknowns_of_channel() * self.channels()];
@@ -205,7 +213,7 @@ impl RoomSystem<'_> {
         }
         let tables = self.cut.tables::<f64>();
         let room = tables.tables.room();
-        let matrix = Matrix::new::<1>(&room)?;
+        let matrix = Matrix::with_rows::<1, _>(&room, on_all_cores)?;
         let kinds = paper_pairs(&self.cut.model.scene, &room)?;
         let points = |cell| ENDS.into_iter().filter_map(move |t| room.inside(cell, t));
         let radius = second_moment_radius::<_, _, _, 1>(
