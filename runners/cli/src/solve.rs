@@ -324,7 +324,7 @@ fn answer(
     let Resolved {
         targets, settings, ..
     } = &problem.resolved;
-    let is_chosen = settings.tolerance.is_some() && settings.cells.is_none();
+    let is_chosen = settings.tolerance.is_some();
     let most = match settings.walks {
         // The choice predicts how many there are.
         None if is_chosen => u64::MAX,
@@ -493,15 +493,22 @@ pub(crate) fn check(path: &Path, out: Option<&Path>, signals: &Signals) -> Resul
     rows.push(("form", walk.form.word().to_owned()));
     rows.push(("scalar", settings.scalar.word().to_owned()));
     rows.push(("targets", goals.len().to_string()));
+    let starts = (goals.len() + model.besides(goals)) / model.shared();
     let (walks, states, seconds, most) = match &chosen {
         Some(chosen) => {
             let report = &chosen.report;
-            let seconds = report.predicted_setup_seconds + report.predicted_walk_seconds;
-            let walks = format!("about {:.1e}", report.predicted_walks);
-            (walks, report.predicted_states, seconds, "")
+            let limit = walk.walks as f64 * starts as f64;
+            let share = (limit / report.predicted_walks).min(1.0);
+            let states = share * report.predicted_states;
+            let seconds = report.predicted_setup_seconds + share * report.predicted_walk_seconds;
+            if share < 1.0 {
+                (format!("at most {limit}"), states, seconds, "at most ")
+            } else {
+                let walks = format!("about {:.1e}", report.predicted_walks);
+                (walks, states, seconds, "")
+            }
         }
         None => {
-            let starts = (goals.len() + model.besides(goals)) / model.shared();
             let walks = walk.walks as f64 * starts as f64;
             // By roulette a walk goes on with the probability of its weight: √r in the mean, where r is the radius of T_k²p.
             let survival = match absorption {

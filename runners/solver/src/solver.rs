@@ -366,10 +366,13 @@ impl<'m> Solver<'m> {
         goals: &[Goal],
         exact: &[Option<f64>],
     ) -> Result<Report, SolveError> {
-        let back = self.way_back(goals);
+        // A system that is kept is that of the settings as they are.
+        let is_kept = self.systems.0.is_some();
+        let back = self.way_back(goals).filter(|_| !is_kept);
         let by = (self.watch, self.execute);
         let may_be_whole = self.execute.takes_whole() && !self.settings.sensitivities;
         let (is_back, chosen) = match &back {
+            _ if is_kept => (false, None),
             Some(back) => choice::solve_by_faster(
                 [self.model, &**back],
                 targets,
@@ -450,8 +453,7 @@ impl<'m> Solver<'m> {
     }
 
     /// The choice that would be made for this standard error, and what it is predicted to take,
-    /// without the walks of the answer. `None`: the number of cells is given, so that nothing is
-    /// chosen.
+    /// without the walks of the answer. `None`: nothing is chosen by pilots, as walks of resolvents or a lift are asked for.
     ///
     /// # Errors
     /// [`SolveError`].

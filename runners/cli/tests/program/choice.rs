@@ -245,7 +245,7 @@ fn an_error_below_rounding_is_not_reached() {
     let problem = ZERO.replace("x-0.5", "1+x");
     for args in [
         &["--target-error", "1e-16"][..],
-        &["--target-error", "1e-17", "--cells", "40", "--degree", "4"],
+        &["--target-error", "1e-17", "--cells", "400", "--degree", "4"],
     ] {
         ran(&problem, args).warning(3, &["not reached"]);
     }

@@ -187,9 +187,12 @@ fn same_bits(room: fn(Option<usize>) -> String) {
     let merged = parts::merge(&paths, &["--json"]).quietly(0).timeless();
     assert_eq!(merged, parts::whole(&small, &args));
 
-    // All channels of a target end with the last of them, wherever that is decided.
+    // All channels of a target end with the last of them, wherever that is decided. What is open is chosen for the error, in every part.
     let error = ["--target-error", "0.05", "--relative"];
-    let whole = parts::whole(&small, &[&args[..], &error].concat());
+    let asked = [&args[..], &error].concat();
+    let whole = parts::whole(&small, &asked);
+    let others = Folder::new();
+    let paths = parts::parts(&others, &small, 3, &asked);
     let merged = parts::merge(&paths, &[&error[..], &["--json"]].concat());
     assert_eq!(merged.timeless(), whole);
 

@@ -127,16 +127,17 @@ walk = { absorption = 0.3, estimator = \"collision\", target_error = 1e-5 }
     assert_eq!(report["absorption"], 0.3);
     assert_eq!(report["estimator"], "collision");
     assert_eq!(report["split"]["method"], "preconditioned");
-    // With cells nothing is open: defaults hold as without an error.
+    // With cells all else is chosen, but no plain walks, and walks go on until the error is reached.
     let report = solve(
         PROBLEMS[0].text,
         &["--target-error", "1e-3", "--cells", "100"],
     );
-    assert!(report.get("split").is_none());
     assert_eq!(
-        (&report["degree"], &report["absorption"]),
-        (&0.into(), &Value::Null)
+        (&report["cells"], &report["stop"]),
+        (&100.into(), &"done".into())
     );
+    assert_eq!(report["split"]["method"], "preconditioned");
+    assert_eq!(report["degree"], 4);
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! The best division of work between the set-up and the walks, if a tolerance is given and no cells.
+//! The best division of work between the set-up and the walks, if a tolerance is given.
 //!
 //! A finer Galerkin solution takes longer and leaves less to the walks. The choice is the setting that minimises, among
 //! all that are left open,
@@ -87,7 +87,7 @@ impl Chosen<'_> {
     }
 }
 
-/// Chooses what the settings leave open, if they give a tolerance and no cells.
+/// Chooses what the settings leave open, if they give a tolerance.
 ///
 /// # Errors
 /// [`Error`]: nothing can be chosen. [`Error::Cancelled`].
@@ -117,8 +117,7 @@ pub fn choose<'m>(
     Ok(Some(looked.chosen(chosen)))
 }
 
-/// Chooses what the settings leave open, if they give a tolerance and no cells, and walks for every target until the tolerance is
-/// reached.
+/// Chooses what the settings leave open, if they give a tolerance, and walks for every target until the tolerance is reached.
 /// Where walks show that few walks were wrong by far, what is open is chosen again with what is known then. They end
 /// without the tolerance where rounding leaves more, where walks tell of ever more walks,
 /// or where more than an hour is left, unless the settings have a number of walks or a time limit
@@ -310,7 +309,7 @@ fn begin<'m>(
     settings: &'m Settings,
     watch: &'m dyn SolveObserver,
 ) -> Result<Option<Search<'m>>, Error> {
-    let (None, Some(tolerance)) = (settings.cells, settings.tolerance) else {
+    let Some(tolerance) = settings.tolerance else {
         return Ok(None);
     };
     if settings.method == Some(Method::Resolvent) {

@@ -1,7 +1,17 @@
 //! What may be chosen.
 
-use crate::{Pairs, Settings};
+use crate::{Discretisation, Model, Pairs, Settings};
 use fredholm_model::cost::{Cost, WalkCost};
+
+/// The numbers of cells that may be chosen, from few to many: only the given one, if one is given.
+pub(super) fn levels(model: &dyn Model, cut: &Discretisation, given: Option<usize>) -> Vec<usize> {
+    if let Some(cells) = given {
+        return vec![cells];
+    }
+    let mut all = model.coarse_levels(cut);
+    all.extend(model.levels(cut));
+    all
+}
 
 /// One value for everything that may be chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]

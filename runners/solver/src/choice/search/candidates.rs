@@ -3,7 +3,7 @@
 use fredholm_core::Real;
 
 use super::super::family::{Family, FamilyWalks, Level, Prediction};
-use super::super::setting::Setting;
+use super::super::setting::{Setting, levels};
 use super::{CONFIRM, Search};
 use fredholm_model::LastSteps;
 
@@ -144,9 +144,10 @@ impl Search<'_> {
             Some(2..) => cells + cells.div_ceil(3),
             _ => 2 * cells,
         };
-        let mut known = self.model.coarse_levels(&cut);
-        known.extend(self.model.levels(&cut));
+        let given = self.settings.cells;
+        let known = levels(self.model, &cut, given);
         let beyond = core::iter::successors(known.last().map(finer), |cells| Some(finer(cells)));
+        let most = given.map_or(most, |_| 1);
         let price = self.best().map_or(f64::INFINITY, |best| self.price(&best));
         let mut levels: Vec<Level> = Vec::new();
         for cells in known.iter().copied().chain(beyond).take(most) {
@@ -157,7 +158,7 @@ impl Search<'_> {
             };
             let (cost, unknowns) = (level.cost(setting.pairs), level.unknowns());
             let is_large = level.memory(&[], setting.pairs) > MEMORY || unknowns > UNKNOWNS;
-            if is_large || (!levels.is_empty() && cost.setup > price) {
+            if is_large && given.is_none() || (!levels.is_empty() && cost.setup > price) {
                 break;
             }
             levels.push(Level {

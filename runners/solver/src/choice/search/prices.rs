@@ -3,6 +3,7 @@
 use core::cmp::Ordering;
 
 use super::super::family::Prediction;
+use super::super::setting::Setting;
 use super::Search;
 
 impl Search<'_> {
@@ -11,7 +12,7 @@ impl Search<'_> {
     pub(in super::super) fn best(&self) -> Option<Prediction> {
         let is_tried = |found: &&Prediction| found.pilot_walks > 0;
         let is_believed = |best: &Prediction| is_tried(&best) || self.allowance(best, 1.0) >= 0.0;
-        let best = self.best_of(self.found());
+        let best = self.best_of(self.found().filter(|found| self.may_answer(&found.setting)));
         best.filter(is_believed)
             .or_else(|| self.best_tried())
             .or(best)
@@ -19,7 +20,13 @@ impl Search<'_> {
 
     /// The best prediction of a setting that had a pilot.
     pub(in super::super) fn best_tried(&self) -> Option<Prediction> {
-        self.best_of(self.found().filter(|found| found.pilot_walks > 0))
+        let tried = |found: &&Prediction| found.pilot_walks > 0 && self.may_answer(&found.setting);
+        self.best_of(self.found().filter(tried))
+    }
+
+    /// Whether a setting may be chosen: whoever names cells wants walks of a neighbour equation, and of plain ones is only told.
+    pub(super) fn may_answer(&self, setting: &Setting) -> bool {
+        self.settings.cells.is_none() || !setting.plain
     }
 
     /// The best prediction of plain walks.

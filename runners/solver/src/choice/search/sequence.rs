@@ -210,6 +210,7 @@ impl<'m> Search<'m> {
         let Some((next, seconds)) = self.next_trial(may - self.sequences.work) else {
             return false;
         };
+        self.warn_of(seconds);
         self.sequences.work += seconds;
         self.work += seconds;
         let trial = self.sequences.trials.swap_remove(next);
@@ -284,7 +285,8 @@ impl<'m> Search<'m> {
                     |trial: &Trial<'_>| trial.lifted.is_some() || trial.random.setting != setting;
                 let is_solved = setting.plain || self.systems.of(&setting).is_some();
                 let trials = &self.sequences.trials;
-                if !self.refuses(&setting)
+                if self.may_answer(&setting)
+                    && !self.refuses(&setting)
                     && is_solved
                     && !self.sequences.refused.contains(&setting)
                     && new.iter().chain(trials).all(is_new)
