@@ -14,7 +14,8 @@ use crate::{
 /// With s steps a score of the difference F − G has the mean square `residual` + `source` + `step`/s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ScoreVariance {
-    /// The mean square of F + T_k v − v, which no number of steps makes smaller.
+    /// The mean square of F + T_k v − v, which no number of steps makes smaller: its estimate and a standard error, since one that is
+    /// by luck near 0 would ask for many steps in vain.
     pub residual: f64,
     /// The variance of F as it is drawn.
     pub source: f64,
@@ -43,6 +44,7 @@ impl ScoreVariance {
         let count = cells.min(CELLS);
         let seeds = WalkSeeds::<DefaultGenerator>::new(1, NUMBER);
         let (mut sums, mut area) = ([0.0; 3], 0.0);
+        let mut squares = 0.0;
         for i in 0..count {
             let cell = i * cells / count;
             let mut draws = RngUniforms(seeds.generator(cell as u64));
@@ -59,6 +61,7 @@ impl ScoreVariance {
                 [f, neighbour.source(&x, &mut draws)]
             });
             let measure = equation.measure(cell);
+            let mut own = 0.0;
             for channel in 0..equation.channels() {
                 let [a, b] = [a, b].map(|both| both.map(|value| value.get(channel).to_f64()));
                 let halves = |k: usize| 0.5 * (a[k] - b[k]) * (a[k] - b[k]);
@@ -66,12 +69,16 @@ impl ScoreVariance {
                 for (sum, term) in sums.iter_mut().zip(terms) {
                     *sum += measure * term;
                 }
+                own += measure * terms[0];
             }
+            squares += own * own;
             area += measure;
         }
+        let spread = squares - sums[0] * sums[0] / count.max(1) as f64;
+        sums[0] = sums[0].max(0.0) + Real::sqrt(spread.max(0.0));
         let [residual, source, step] = sums.map(|sum| if area > zero() { sum / area } else { 0.0 });
         Self {
-            residual: residual.max(0.0),
+            residual,
             source,
             step: step * f64::from(steps.get()),
         }

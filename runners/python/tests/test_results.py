@@ -84,7 +84,8 @@ def test_fields_sweeps_and_factors() -> None:
     assert sweep.cells.tolist() == [4, 8, 16] and sweep.std_devs[2] < sweep.std_devs[0]
     prediction = CUBE.predict(1e-6)
     assert prediction is not None and prediction.walks > 0 and prediction.method == "resolvent"
-    assert CUBE.predict(1e-6, cells=5, method="walks") is None
+    on_cells = CUBE.predict(1e-6, cells=5, method="walks")
+    assert on_cells is not None and on_cells.method == "walks" and on_cells.cells == 5
     room = fredholm.Room([
         {"name": "floor", "points": [[0, 0], [1, 0]], "reflectance": 0.5, "emission": 1.0},
         {"name": "rest", "points": [[1, 0], [1, 1], [0, 1], [0, 0]], "reflectance": 0.5, "emission": 0.0},

@@ -562,7 +562,7 @@ class Problem:
         Returns
         -------
         Prediction or None
-            None if nothing is open: walks of a chain with ``cells``.
+            None if pilots choose nothing: with a ``lift``.
 
         Examples
         --------
