@@ -203,7 +203,8 @@ impl fmt::Display for SceneError {
                 "surface {surface} needs one material, or one for each of its polygons"
             ),
             Self::NothingAbsorbs => f.write_str(
-                "nothing absorbs: at least one surface of a closed scene needs a reflectance below 1, or a temperature",
+                "nothing absorbs: at least one surface of a closed scene needs a reflectance below 1, or a temperature, and of a vacuum a sticking \
+                 factor or a pump",
             ),
             Self::TooMany => write!(f, "a scene has at most 2^32 - 2 polygons and vertices"),
             Self::Surface { surface } => write!(f, "there is no surface {surface}"),
