@@ -101,3 +101,86 @@ impl ScoreVariance {
         NonZeroU32::new((best + 0.5) as u32).unwrap_or(NonZeroU32::MIN)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::ScoreVariance;
+    use crate::galerkin::Cells;
+    use crate::{Chain, Equation, Located, Neighbour, Space, Uniforms};
+
+    /// F = 1 on so many cells of [0, 1], and beside it a G that is 1 but for noise.
+    struct Exact(usize);
+
+    impl Space for Exact {
+        type Scalar = f64;
+        type Point = f64;
+    }
+    impl Chain for Exact {
+        fn step<U: Uniforms<f64>>(&self, _: &f64, _: &mut U) -> Option<f64> {
+            None
+        }
+    }
+    impl Equation for Exact {
+        type Value = f64;
+        fn kernel(&self, _: &f64, _: &f64) -> f64 {
+            0.0
+        }
+        fn source<U: Uniforms<f64>>(&self, _: &f64, _: &mut U) -> f64 {
+            1.0
+        }
+    }
+    impl Cells for Exact {
+        const DIMENSION: usize = 1;
+        fn cells(&self) -> usize {
+            self.0
+        }
+        fn locate(&self, x: &f64) -> usize {
+            (x * self.0 as f64) as usize
+        }
+        fn measure(&self, _: usize) -> f64 {
+            1.0 / self.0 as f64
+        }
+        fn point(&self, cell: usize, t: &[f64]) -> f64 {
+            (cell as f64 + t[0]) / self.0 as f64
+        }
+        fn parameters(&self, x: &Located<f64>, t: &mut [f64]) {
+            t[0] = x.point * self.0 as f64 - x.cell as f64;
+        }
+        fn at(&self, x: &[f64]) -> Option<f64> {
+            x.first().copied()
+        }
+    }
+    impl Neighbour for Exact {
+        type Value = f64;
+        fn locate(&self, point: f64) -> Located<f64> {
+            let cell = Cells::locate(self, &point);
+            Located { point, cell }
+        }
+        fn kernel(&self, _: &Located<f64>, _: &Located<f64>, _: &f64) -> f64 {
+            0.0
+        }
+        fn source(&self, _: &Located<f64>, draws: &mut dyn Uniforms<f64>) -> f64 {
+            0.5 + draws.uniform()
+        }
+        fn value(&self, _: &Located<f64>) -> f64 {
+            1.0
+        }
+    }
+
+    /// Of n cells nobody can tell a residual below step/s√n, the standard error of its estimate from scores of s steps, whatever that
+    /// estimate is: a score has no more than √(3 s √n) steps, and a tenth for the uncertainty of both.
+    #[test]
+    fn few_cells_ask_for_few_steps() {
+        let four = super::NonZeroU32::MIN.saturating_add(3);
+        for cells in (20..400).step_by(7) {
+            let found = ScoreVariance::estimate(&Exact(cells), &Exact(cells), four);
+            let steps = f64::from(found.best_steps(3.0).get());
+            let root = crate::Real::sqrt(cells as f64);
+            let most = crate::Real::sqrt(3.0 * 4.0 * root);
+            assert!(
+                1.0 < steps && steps < 1.1 * most + 0.5,
+                "{cells}: {found:?}"
+            );
+        }
+    }
+}
