@@ -368,7 +368,7 @@ impl<'m> Solver<'m> {
     ) -> Result<Report, SolveError> {
         // A system that is kept is that of the settings as they are.
         let is_kept = self.systems.0.is_some();
-        let back = self.way_back(goals).filter(|_| !is_kept);
+        let back = self.way_back(goals);
         let by = (self.watch, self.execute);
         let may_be_whole = self.execute.takes_whole() && !self.settings.sensitivities;
         let (is_back, chosen) = match &back {

@@ -1,8 +1,12 @@
 //! The seams of the core, on the toy problem: no other crate is involved.
 
-use fredholm_core::galerkin::{GalerkinError, Piecewise, max_row_sum};
+use core::num::NonZeroU32;
+
+use fredholm_core::galerkin::{Cells as _, GalerkinError, Piecewise, max_row_sum};
+use fredholm_core::sampled::ScoreVariance;
 use fredholm_core::{
-    At, Batch, Functional, Goal, Goals, Job, NoNeighbour, Real, Statistics, WalkOptions,
+    At, Batch, Equation as _, Functional, Goal, Goals, Job, Located, Neighbour, NoDraws,
+    NoNeighbour, Real, Space, Statistics, Uniforms, WalkOptions,
 };
 use fredholm_tests::all_ways;
 use fredholm_tests::check::{long, means, run};
@@ -142,4 +146,46 @@ fn a_batch_stopped_anywhere_goes_on_with_the_same_bits() {
     let mut saved: [Batch; 1] = serde_json::from_str(&text).unwrap();
     run(&mut saved, u64::MAX);
     assert_eq!(whole, saved);
+}
+
+/// A neighbour equation with v = 0 whose G is F and noise.
+struct Noisy<'a>(&'a Toy<f64>);
+
+impl Space for Noisy<'_> {
+    type Scalar = f64;
+    type Point = f64;
+}
+
+impl Neighbour for Noisy<'_> {
+    type Value = f64;
+    fn locate(&self, point: f64) -> Located<f64> {
+        let cell = self.0.locate(&point);
+        Located { point, cell }
+    }
+    fn kernel(&self, _: &Located<f64>, _: &Located<f64>, k: &f64) -> f64 {
+        *k
+    }
+    fn source(&self, x: &Located<f64>, draws: &mut dyn Uniforms<f64>) -> f64 {
+        self.0.source(&x.point, &mut NoDraws) + draws.uniform() - 0.5
+    }
+    fn value(&self, _: &Located<f64>) -> f64 {
+        0.0
+    }
+}
+
+/// Of n cells nobody can tell a residual below step/s√n, the standard error of its estimate from scores of s steps, whatever that
+/// estimate is: a score has no more than √(3 s √n) steps, and a tenth for the uncertainty of both.
+#[test]
+fn few_cells_ask_for_few_steps() {
+    let four = NonZeroU32::MIN.saturating_add(3);
+    for cells in (20..400).step_by(7) {
+        let toy = Toy::<f64>::new(cells);
+        let found = ScoreVariance::estimate(&toy, &Noisy(&toy), four);
+        let steps = f64::from(found.best_steps(3.0).get());
+        let most = (3.0 * 4.0 * (cells as f64).sqrt()).sqrt();
+        assert!(
+            1.0 < steps && steps < 1.1 * most + 0.5,
+            "{cells}: {found:?}"
+        );
+    }
 }

@@ -11,7 +11,7 @@ use fredholm_model::cost::{Cost, PointwisePairs};
 
 use super::Chosen;
 use super::search::{LIFTED_PILOT, OF_SEQUENCE, PAYS, Quiet};
-use super::setting::levels;
+use super::setting::cells_to_choose;
 use crate::answer::SolveObserver;
 use crate::chosen::{ChoiceReport, WHOLE};
 use crate::execute::CellCount;
@@ -329,7 +329,7 @@ impl<'m> Question<'_, 'm> {
     /// The numbers of cells, from few to many.
     fn levels(&self, chosen: &Chosen<'m>) -> Vec<usize> {
         let cut = self.on(1, chosen).discretisation();
-        levels(self.model, &cut, self.settings.cells)
+        cells_to_choose(self.model, &cut, self.settings.cells)
     }
 
     /// The cells of these settings, unless they are refused or too many.

@@ -4,7 +4,11 @@ use crate::{Discretisation, Model, Pairs, Settings};
 use fredholm_model::cost::{Cost, WalkCost};
 
 /// The numbers of cells that may be chosen, from few to many: only the given one, if one is given.
-pub(super) fn levels(model: &dyn Model, cut: &Discretisation, given: Option<usize>) -> Vec<usize> {
+pub(super) fn cells_to_choose(
+    model: &dyn Model,
+    cut: &Discretisation,
+    given: Option<usize>,
+) -> Vec<usize> {
     if let Some(cells) = given {
         return vec![cells];
     }

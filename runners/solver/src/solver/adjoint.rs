@@ -60,7 +60,7 @@ impl Solver<'_> {
     /// The model of the way back, if the choice may take it.
     pub(crate) fn way_back(&self, goals: &[Goal]) -> Option<Box<dyn Model + '_>> {
         let settings = &self.settings;
-        let is_chosen = settings.tolerance.is_some();
+        let is_chosen = settings.tolerance.is_some() && self.systems.0.is_none();
         let is_open = settings.adjoint.is_none() && settings.global.is_none();
         // The derivatives are those of walks from the receivers.
         let is_open = is_open && !settings.sensitivities;

@@ -3,7 +3,7 @@
 use fredholm_core::Real;
 
 use super::super::family::{Family, FamilyWalks, Level, Prediction};
-use super::super::setting::{Setting, levels};
+use super::super::setting::{Setting, cells_to_choose};
 use super::{CONFIRM, Search};
 use fredholm_model::LastSteps;
 
@@ -145,7 +145,7 @@ impl Search<'_> {
             _ => 2 * cells,
         };
         let given = self.settings.cells;
-        let known = levels(self.model, &cut, given);
+        let known = cells_to_choose(self.model, &cut, given);
         let beyond = core::iter::successors(known.last().map(finer), |cells| Some(finer(cells)));
         let most = given.map_or(most, |_| 1);
         let price = self.best().map_or(f64::INFINITY, |best| self.price(&best));
