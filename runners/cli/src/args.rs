@@ -62,10 +62,10 @@ Options override the file's values; the file's keys have the same names (`fredho
 A result is `estimate ± standard error`; about 68 % of such intervals contain the exact value, and \
 about 95 % of those twice as wide.
 
-With a target error and without cells, anything the file leaves out (cells, degree, pairs, walks) is chosen \
-automatically: few walks on few cells measure the variance, and the fastest setting wins, plain Monte Carlo if \
-preconditioning is not worth its cost. The choice is printed, follows from the file alone, and may be written into \
-it.")]
+Anything the file leaves out (cells, degree, pairs, walks) is chosen automatically: few walks on few cells measure the \
+variance, and the setting wins that reaches the target error soonest, or without one leaves the least variance for its time; plain Monte \
+Carlo if a neighbour equation is not worth its cost. The choice is printed, follows from the file alone, and may be \
+written into it.")]
     Solve(SolveArgs),
     /// Targets of a scene under the suns and skies of many times, a year's hours say
     #[command(after_help = "\

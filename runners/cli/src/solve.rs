@@ -324,10 +324,10 @@ fn answer(
     let Resolved {
         targets, settings, ..
     } = &problem.resolved;
-    let is_chosen = settings.tolerance.is_some() && begun.systems.is_none();
+    let is_chosen = begun.systems.is_none();
     let most = match settings.walks {
         // The choice predicts how many there are.
-        None if is_chosen => u64::MAX,
+        None if is_chosen && settings.tolerance.is_some() => u64::MAX,
         _ => settings.walk_options().walks,
     };
     let (back, goals) = (problem.way_back()?, &problem.goals);
@@ -475,7 +475,11 @@ pub(crate) fn check(path: &Path, out: Option<&Path>, signals: &Signals) -> Resul
     match &chosen {
         Some(chosen) if chosen.plain => rows.push((
             "method",
-            "plain Monte Carlo: preconditioning is not worth its cost at this error".to_owned(),
+            match walk.tolerance {
+                Some(_) => "plain Monte Carlo: a neighbour equation does not pay at this error",
+                None => "plain Monte Carlo: a neighbour equation does not pay for so few walks",
+            }
+            .to_owned(),
         )),
         Some(chosen) if chosen.is_whole() => {
             rows.push((
@@ -501,7 +505,9 @@ pub(crate) fn check(path: &Path, out: Option<&Path>, signals: &Signals) -> Resul
             let share = (limit / report.predicted_walks).min(1.0);
             let states = share * report.predicted_states;
             let seconds = report.predicted_setup_seconds + share * report.predicted_walk_seconds;
-            if share < 1.0 {
+            if walk.tolerance.is_none() {
+                (limit.to_string(), states, seconds, "")
+            } else if share < 1.0 {
                 (format!("at most {limit}"), states, seconds, "at most ")
             } else {
                 let walks = format!("about {:.1e}", report.predicted_walks);
@@ -536,7 +542,11 @@ pub(crate) fn check(path: &Path, out: Option<&Path>, signals: &Signals) -> Resul
     rows.push(("time", format!("{most}about {time} s on {threads} threads")));
     let mut text = format!("{} is valid\n", path.display());
     if chosen.is_some() {
-        text += "chosen for the target error, as the file does not say:\n";
+        let what = match walk.tolerance {
+            Some(_) => "the target error".to_owned(),
+            None => format!("{} walks of each target", walk.walks),
+        };
+        text += &format!("chosen for {what}, as the file does not say:\n");
     }
     for (name, value) in rows {
         text += &format!("{name:<10} {value}\n");

@@ -574,7 +574,10 @@ pub fn asked(surfaces: &dyn RadiativeExchange, region: &Region, is_alone: bool) 
             ..Asked::U
         };
     }
-    let through = surfaces.through_radiosity(place).filter(|_| !is_alone);
+    // What a light meter sees is its irradiance.
+    let is_meter = matches!(place, Region::Facing { .. });
+    let through = surfaces.through_radiosity(place);
+    let through = through.filter(|_| is_meter || !is_alone);
     let asked = Asked::new(quantity, surfaces.material(place), through);
     match quantity {
         GlobalQuantity::NetFlux => Asked {

@@ -17,7 +17,7 @@ const LEAST_REPLICATE: u64 = 256;
 /// The most walks of a replicate: batches are what is waited for when somebody cancels.
 const LONGEST: u64 = 1 << 24;
 
-/// The settings of a solution. `None` is open: it has a default, or is chosen if there is a tolerance.
+/// The settings of a solution. `None` is open: it is chosen, or has a default where nothing is to be chosen.
 ///
 /// ```
 /// use fredholm::{CubeModel, Settings, Solver};

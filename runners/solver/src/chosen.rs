@@ -19,6 +19,9 @@ pub struct ChoiceReport {
     /// "preconditioned" or "plain", of separate walks for every goal, or "global estimate", of one set of walks for all.
     #[serde(deserialize_with = "method")]
     pub method: Method,
+    /// The number of walks of each target for which it was chosen, if no error was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub walks: Option<u64>,
     /// Seconds of the set-up on one thread of the machine whose constants the library knows.
     pub predicted_setup_seconds: f64,
     /// Seconds of all walks on one such thread.
@@ -129,7 +132,11 @@ impl ChoiceReport {
             false => "",
         };
         let which = if self.method == "plain" {
-            format!("plain walks, {last}{walks}: a neighbour equation does not pay at this error")
+            let what = match settings.tolerance {
+                Some(_) => "at this error",
+                None => "for so few walks",
+            };
+            format!("plain walks, {last}{walks}: a neighbour equation does not pay {what}")
         } else {
             let plain = self.predicted_plain_seconds.map(short);
             let pairs = match settings.lifted() {

@@ -239,6 +239,11 @@ pub trait Execute: Sync {
         asked
     }
 
+    /// The number of walks of each target for which what is open was chosen, if these walks go on with others.
+    fn goes_on_with(&self) -> Option<u64> {
+        None
+    }
+
     /// Whether what is run is all of an answer, so that other walks may follow it.
     fn tells_all(&self) -> bool {
         true

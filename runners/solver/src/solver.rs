@@ -37,7 +37,7 @@ const LEAST_NODES: usize = 10;
 
 /// Solution of one equation for any number of functionals, all by the same set-up and walks of the same kind.
 ///
-/// What is not said has a default, or is chosen if an error is asked for: cells, degree and pairs, and what else the kind of equation has.
+/// What is not said is chosen: cells, degree and pairs, and what else the kind of equation has.
 /// The same settings and seed give the same bits on every machine and for any number of threads.
 ///
 /// ```

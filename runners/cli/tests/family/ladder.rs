@@ -93,6 +93,34 @@ impl Rung {
         self.seconds(tolerance) * (1.0 - doubt(self.told))
     }
 
+    /// Whether it ends walks as the choice does where no error is asked for, and so many of each target take so many seconds with their set-up
+    /// at most.
+    pub(crate) fn is_within(&self, walks: u64, seconds: f64) -> bool {
+        self.absorption.is_none() && self.seconds_for(walks) <= seconds
+    }
+
+    /// Seconds of plain walks by roulette.
+    pub(crate) fn plain_seconds(&self, walks: u64) -> Option<f64> {
+        (self.plain && self.absorption.is_none()).then(|| self.seconds_for(walks))
+    }
+
+    /// Seconds of so many walks of each target, and of the set-up.
+    fn seconds_for(&self, walks: u64) -> f64 {
+        self.set_up + self.walk * walks as f64 * self.targets.len() as f64
+    }
+
+    /// Seconds of so many walks of each target times their variances over these, in the mean.
+    pub(crate) fn variance_time(&self, walks: u64, deviations: &[f64]) -> f64 {
+        let own = self.targets.iter().zip(deviations);
+        let of = own.map(|(own, deviation)| (own[0].max(*deviation / 1e3) / deviation).powi(2));
+        self.seconds_for(walks) * of.sum::<f64>() / deviations.len() as f64
+    }
+
+    /// Whether more walks tell more of it.
+    pub(crate) const fn is_told_by_few(&self) -> bool {
+        self.told < WALKS[1]
+    }
+
     fn settings(&self, settings: &Settings) -> Settings {
         Settings {
             cells: Some(self.cells),
@@ -242,7 +270,8 @@ impl<'p> Opened<'p> {
         }
     }
 
-    fn walk_again(&self, rung: &Rung) -> Option<Rung> {
+    /// The rung as more walks tell it.
+    pub(crate) fn walk_again(&self, rung: &Rung) -> Option<Rung> {
         let settings = rung.settings(self.settings);
         let cut = self.model.partition(&settings.discretisation()).ok()?;
         let walk = WalkOptions {

@@ -12,7 +12,7 @@ use core::fmt::Write as _;
 use fredholm::answer::Answer;
 use fredholm::choice::Chosen;
 use fredholm::execute::OnThreads;
-use fredholm::{Choices, Error, Tolerance};
+use fredholm::{Choices, Error, Execute, Settings, SolveObserver, Target, Tolerance};
 use fredholm_core::{Statistics, StopReason};
 
 use ladder::{Opened, Rung};
@@ -28,6 +28,8 @@ const ALL: u64 = 250;
 
 /// The time of the choice is at most so many times that of the best of the ladder.
 const MOST_TIMES: f64 = 4.0;
+/// Walks of each target where no error is asked for.
+const GIVEN: u64 = 30_000;
 /// A problem whose best rung takes more seconds at the largest error is left out: nobody waits for it.
 const LONGEST: f64 = 60.0;
 /// Seconds that are lost in any case: some pilots of some hundred walks.
@@ -81,6 +83,8 @@ struct Reference {
     is_relaxed: bool,
     /// The best of the ladder, if one ends.
     best: Option<Best>,
+    /// What was looked at.
+    rungs: Vec<Rung>,
     /// Whether none of the ladder comes to an end that somebody waits for.
     is_left_out: bool,
 }
@@ -113,6 +117,7 @@ impl Reference {
             error: tolerance.bound(),
             is_relaxed,
             best,
+            rungs,
         }
     }
 }
@@ -125,6 +130,8 @@ struct Ran {
     ratio: Option<f64>,
     /// The difference of both estimates in standard errors.
     z: Option<f64>,
+    /// Variance times seconds over that of the best of the ladder, where no error is asked for.
+    given: Option<f64>,
 }
 
 /// Runs a problem on one thread: its clock is that of the work.
@@ -137,6 +144,11 @@ fn ran(problem: &Problem) -> Ran {
     let file = fredholm_file::read("problem.toml", &problem.text).unwrap();
     file.validate().unwrap();
     let resolved = file.resolve().unwrap();
+    let without = Settings {
+        tolerance: None,
+        walks: Some(GIVEN),
+        ..resolved.settings.clone()
+    };
     let mut opened = Opened::new(&resolved);
     let reference = Reference::new(problem, &opened);
     let tolerance = problem.tolerance(reference.error);
@@ -145,6 +157,7 @@ fn ran(problem: &Problem) -> Ran {
         is_relaxed: reference.is_relaxed,
         ratio: None,
         z: None,
+        given: None,
     };
     if reference.is_left_out {
         ran.text.push_str("left out");
@@ -204,7 +217,44 @@ fn ran(problem: &Problem) -> Ran {
     if let Some(z) = ran.z {
         write!(ran.text, ", z {z:.2}").unwrap();
     }
+    opened.settings = &without;
+    ran.given = given(&opened, &resolved.targets, &reference.rungs);
+    if let Some(given) = ran.given {
+        write!(ran.text, "; {given:.2} times without an error").unwrap();
+    }
     ran
+}
+
+/// Variance times seconds of given walks over that of the best of the ladder that takes no longer than these may. `None`: the choice is refused,
+/// or the ladder has no such rung.
+fn given(opened: &Opened<'_>, targets: &[Target], rungs: &[Rung]) -> Option<f64> {
+    let plain = rungs.iter().find_map(|rung| rung.plain_seconds(GIVEN))?;
+    let most = (6.0 * plain).max(1.0);
+    let by: (&dyn SolveObserver, &dyn Execute) = (&(), &OnThreads);
+    let solved = fredholm::choice::solve(opened.model, targets, &opened.goals, opened.settings, by);
+    let (chosen, answer) = solved.ok()??;
+    let own = seconds(&chosen, &answer) - chosen.report.predicted_pilot_seconds;
+    let floors = answer.floors.iter();
+    let deviations = answer.outcome.statistics.iter().zip(floors);
+    let deviations: Vec<f64> = deviations
+        .map(|(of, floor)| {
+            let found = of.preconditioned().std_dev.unwrap_or(0.0);
+            found.max(floor * f64::sqrt(GIVEN as f64))
+        })
+        .collect();
+    let mut rungs: Vec<Rung> = rungs.to_vec();
+    loop {
+        rungs.retain(|rung| rung.is_within(GIVEN, most));
+        let least = rungs.iter_mut().min_by(|a, b| {
+            let [a, b] = [a, b].map(|rung| rung.variance_time(GIVEN, &deviations));
+            a.total_cmp(&b)
+        })?;
+        if !least.is_told_by_few() {
+            return Some(own / least.variance_time(GIVEN, &deviations));
+        }
+        let again = opened.walk_again(least);
+        *least = again?;
+    }
 }
 
 /// The error that is asked for, or the least that the ladder reaches soon; whether that is larger.
@@ -338,6 +388,8 @@ fn summary(all: &[Ran]) {
         all.len(),
         deviations.len()
     );
+    let [median, most_given] = median_and_most(all.iter().map(|ran| ran.given));
+    println!("without an error: median {median:.2}, most {most_given:.2}");
     assert!(most < MOST_TIMES, "{most}");
     assert!(inside >= least_inside(deviations.len()), "{inside}");
 }

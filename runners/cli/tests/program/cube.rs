@@ -102,6 +102,8 @@ fn estimates_are_the_known_solutions() {
                         &problem,
                         &[
                             "--json",
+                            "--degree",
+                            "0",
                             "--scalar",
                             scalar,
                             "--estimator",
@@ -390,7 +392,7 @@ fn coefficients_larger_than_the_kernel_are_refused() {
         "kernel_factors = ['0.95 * exp(-100 * ((x - 0.5)^2 + (y - 0.5)^2))']",
     ] {
         let on = |cells: u32, kernel: &str, flags: &[&str]| {
-            let rest = format!("[galerkin]\ncells = {cells}\n{}", targets(1));
+            let rest = format!("[galerkin]\ncells = {cells}\ndegree = 0\n{}", targets(1));
             let flags = [&["--form", "product"], flags].concat();
             folder.solve(&file(1, kernel, "1", &rest), &flags)
         };

@@ -73,6 +73,7 @@ reflectance = 0.4
 cells = 150
 [walk]
 method = 'walks'
+last_step = false
 walks = 100000
 [[target]]
 name = 'below'
@@ -121,16 +122,18 @@ fn agrees(text: &str, options: &[&str]) {
 
 #[test]
 fn predictions_are_what_solve_measures() {
-    agrees(CIRCLE, &[]);
-    agrees(CIRCLE, &["--degree", "2"]);
-    agrees(CIRCLE, &["--pairs", "paper", "--estimator", "absorption"]);
-    agrees(CUBE, &[]);
+    let all = ["--pairs", "default"];
+    agrees(CIRCLE, &[&all[..], &["--degree", "0"]].concat());
+    agrees(CIRCLE, &[&all[..], &["--degree", "2"]].concat());
+    let paper = ["--pairs", "paper", "--estimator", "absorption"];
+    agrees(CIRCLE, &[&paper[..], &["--degree", "0"]].concat());
+    agrees(CUBE, &["--degree", "0"]);
     agrees(
         CUBE,
         &["--cells", "3", "--degree", "1", "--estimator", "absorption"],
     );
-    agrees(ROOM, &[]);
-    agrees(ROOM, &["--pairs", "pointwise"]);
+    agrees(ROOM, &["--degree", "0", "--pairs", "rays"]);
+    agrees(ROOM, &["--degree", "0", "--pairs", "pointwise"]);
 }
 
 #[test]

@@ -455,7 +455,7 @@ fn variances_in_the_air_are_predicted() {
         grey("right", "[[4, 0], [4, 3]]", "350"),
         grey("rest", "[[4, 3], [0, 3], [0, 0]]", "300").replace("0.9", "0.3"),
         grey("block", "[[1, 1], [1, 2], [2, 2], [2, 1], [1, 1]]", "280").replace("0.9", "0.4"),
-        "[galerkin]\ncells = 40\n[walk]\nwalks = 100000\n".to_owned(),
+        "[galerkin]\ncells = 40\ndegree = 0\n[walk]\nwalks = 100000\n".to_owned(),
         "[[target]]\nname = 'open'\nat = [3.0, 1.5]\n".to_owned(),
         "[[target]]\nname = 'hidden'\nat = [0.4, 1.6]\n".to_owned(),
     ]

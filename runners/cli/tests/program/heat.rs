@@ -123,7 +123,7 @@ fn two_adiabatic_walls_face_each_other() {
         &[][..],
         &["--pairs", "pointwise"],
         &["--degree", "2"],
-        &["--scalar", "f32"],
+        &["--degree", "0", "--scalar", "f32"],
     ] {
         let json = folder.solve(&problem, &[&["--json"], settings].concat());
         let json = json.quietly(0).json();

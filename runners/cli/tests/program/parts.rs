@@ -20,7 +20,7 @@ pub(crate) const CUBE: &str = "[problem]\nkind = 'cube'\ndimension = 2\n\
 pub(crate) const ROOM: &str = "[problem]\nkind = 'room'\n\
     [[problem.surface]]\nname = 'floor'\npoints = [[0, 0], [1, 0]]\nemissivity = 0.5\ntemperature = 350\n\
     [[problem.surface]]\nname = 'others'\npoints = [[1, 0], [1, 1], [0, 1], [0, 0]]\nemissivity = 0.9\ntemperature = 290\n\
-    [galerkin]\ncells = 20\n[walk]\nwalks = 20000\nbatch = 256\n\
+    [galerkin]\ncells = 20\ndegree = 0\npairs = 'default'\n[walk]\nwalks = 20000\nbatch = 256\n\
     [[target]]\nname = 'mean'\nover = 'all'\n[[target]]\nname = 'spot'\nat = { surface = 'floor', t = 0.4 }\n";
 
 pub(crate) const SPHERE: &str = "[problem]\nkind = 'sphere'\nalbedo = 0.7\nasymmetry = 0.2\nemission = [1, 0.3, 0.2, 0.1]\n\
@@ -182,7 +182,7 @@ fn parts_of_other_walks_are_refused_with_what_differs() {
         &["it is part 1/2, and not part 2/2"],
     );
     // What is written differently and says the same is the same.
-    let same = circle_with("degree = 0\n", "").replace("0.7", "0.70") + "# a word\n";
+    let same = circle_with("degree = 0", "degree = +0").replace("0.7", "0.70") + "# a word\n";
     let two = folder.at("two");
     assert_eq!(save(&two, &same, "2/2", &[]).status, Some(0));
     assert_eq!(

@@ -210,7 +210,7 @@ fn the_shadow_in_a_crater() {
         "[problem]\nkind = 'scene'\nmesh = 'crater.obj'\nopen = true\n[[problem.surface]]\nname = 'crater'\nreflectance = 0.3\n\
          [[problem.light]]\ntowards = [{ahead}, 0, {height}]\nirradiance = 1\n\
          [[target]]\nname = 'shadow'\nat = {{ surface = 'crater', point = [{x}, {y}, {z}] }}\nask = 'irradiance'\n\
-         [walk]\nwalks = 100000\n"
+         [walk]\nwalks = 300000\n"
     );
     let path = folder.file("crater.toml", file);
     let json = ended(0, &["solve", &path, "--json"]).json();

@@ -170,7 +170,7 @@ fn walls_are_cut_at_shadows_where_that_is_asked_for() {
         let at =
             |t: f64| format!("[[target]]\nname = 'at {t}'\nat = {{ surface = 'S1', t = {t} }}\n");
         format!(
-            "{}{}{}[galerkin]\ncells = 24\ngrading = 1\n{shadow_cuts}\n[walk]\nwalks = 1000\n",
+            "{}{}{}[galerkin]\ncells = 24\ndegree = 0\ngrading = 1\n{shadow_cuts}\n[walk]\nwalks = 1000\nlast_step = false\n",
             file_of(&drawing),
             // The line from the lamp's upper end past the screen's lower one meets the floor at
             // 5/7.
@@ -211,7 +211,7 @@ fn walls_are_cut_at_shadows_where_that_is_asked_for() {
 fn the_square_has_its_known_value() {
     let folder = Folder::new();
     let problem = file_of(&square())
-        + "[galerkin]\ncells = 200\n[walk]\nwalks = 40000\n\
+        + "[galerkin]\ncells = 200\ndegree = 0\n[walk]\nwalks = 40000\n\
            [[target]]\nname = 'point'\nat = { surface = 'S1', t = 0.37 }\n";
     for (seed, scalar) in [("1", "f64"), ("2", "f64"), ("3", "f64"), ("1", "f32")] {
         for pairs in ["rays", "pointwise"] {

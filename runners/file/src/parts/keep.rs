@@ -111,6 +111,15 @@ impl Execute for Keeper<'_> {
         Ok(outcome)
     }
 
+    fn goes_on_with(&self) -> Option<u64> {
+        let kept = self.file.as_ref().and_then(|file| {
+            let file = locked(file);
+            file.part.runs.first()?.job.choice.as_ref()?.walks
+        });
+        let after = self.share.map(|share| share.after);
+        kept.or(after.filter(|after| *after > 0))
+    }
+
     fn tells_all(&self) -> bool {
         self.share.is_none()
     }

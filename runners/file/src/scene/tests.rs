@@ -104,6 +104,12 @@ fn view3d_decks() {
     bad("S 1 1 2 3 4", "S 1 1 2 3 «9»", "no vertex 9");
     bad("S 2 7", "«S» 1 7", "a second surface 1");
     bad("0 0 0.50", "«1» 0 0.50", "there is no other surface 1");
+    // No character of control gets to a terminal.
+    bad(
+        "0 0 0.50",
+        "«\u{1e}» 0 0.50",
+        "there is no other surface \\u{1e}",
+    );
     bad(
         "0 0 0.50",
         "«wall» 0 0.50",

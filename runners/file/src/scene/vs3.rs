@@ -209,8 +209,10 @@ impl<'t> Deck<'_, 't> {
             };
             let base = word.parse().ok().and_then(|id: u64| self.numbers.get(&id));
             let Some(&base) = base.filter(|base| **base != at) else {
-                let message =
-                    format_args!("there is no other surface {word} from which this one is cut out");
+                let message = format_args!(
+                    "there is no other surface {} from which this one is cut out",
+                    word.escape_debug()
+                );
                 return Err(line.words.wrong(word, message));
             };
             self.lines[base].holes.push(at);

@@ -22,10 +22,9 @@ const KNOWN: f64 = 0.5;
 /// Watches walks of a setting, and looks for another one with what they tell.
 pub(super) struct Course<'a, 'm> {
     watch: &'a dyn SolveObserver,
-    tolerance: Tolerance,
+    /// The error that is asked for, unless something else ends the walks: then nothing is looked at.
+    tolerance: Option<Tolerance>,
     batch: u64,
-    /// Whether something else ends the walks. Then nothing is looked at.
-    has_end: bool,
     /// If walks draw from a sequence or follow a lift, seconds of pseudo-random walks without in their place: those that take longer are given up for
     /// them, as nothing else is known of such walks.
     pub(super) otherwise: Option<f64>,
@@ -59,13 +58,13 @@ impl<'a, 'm> Course<'a, 'm> {
         search: &'a mut Search<'m>,
         predicted: Prediction,
         settings: &Settings,
-        (tolerance, watch): (Tolerance, &'a dyn SolveObserver),
+        watch: &'a dyn SolveObserver,
     ) -> Self {
+        let has_end = settings.walks.is_some() || settings.time_limit.is_some();
         Self {
             watch,
-            tolerance,
+            tolerance: settings.tolerance.filter(|_| !has_end),
             batch: settings.batch(),
-            has_end: settings.walks.is_some() || settings.time_limit.is_some(),
             otherwise: None,
             state: Mutex::new(State {
                 search,
@@ -88,30 +87,30 @@ impl<'a, 'm> Course<'a, 'm> {
     }
 
     /// Whether a target goes on.
-    fn is_open(&self, statistics: &Statistics) -> bool {
+    fn is_open(&self, tolerance: Tolerance, statistics: &Statistics) -> bool {
         let batches = statistics.walks() / self.batch.max(1);
-        !self.tolerance.reached(statistics, batches)
+        !tolerance.reached(statistics, batches)
     }
 
     /// The number of walks that a target takes, as far as enough have scored to tell.
-    fn needed(&self, statistics: &Statistics) -> f64 {
+    fn needed(tolerance: Tolerance, statistics: &Statistics) -> f64 {
         if statistics.scored() < MIN_SCORED_WALKS {
             return 0.0;
         }
         let deviation = statistics.preconditioned().std_dev.unwrap_or(0.0);
-        (deviation / self.tolerance.error(statistics)).powi(2)
+        (deviation / tolerance.error(statistics)).powi(2)
     }
 
     /// The number of walks that are left of a target.
-    fn left(&self, statistics: &Statistics) -> f64 {
-        (self.needed(statistics) - statistics.walks() as f64).max(0.0)
+    fn left(tolerance: Tolerance, statistics: &Statistics) -> f64 {
+        (Self::needed(tolerance, statistics) - statistics.walks() as f64).max(0.0)
     }
 
     /// Whether the error that is asked for is no matter of chance, as a part of what may be 0 is.
-    fn is_known(&self, statistics: &Statistics) -> bool {
+    fn is_known(tolerance: Tolerance, statistics: &Statistics) -> bool {
         let found = statistics.preconditioned();
         let error = found.std_error.unwrap_or(f64::INFINITY);
-        matches!(self.tolerance, Tolerance::Absolute(_)) || error < KNOWN * found.estimate.abs()
+        matches!(tolerance, Tolerance::Absolute(_)) || error < KNOWN * found.estimate.abs()
     }
 }
 
@@ -181,17 +180,22 @@ impl SolveObserver for Course<'_, '_> {
 
     fn staged(&self, stage: &Staged<'_>) {
         self.watch.staged(stage);
+        let Some(tolerance) = self.tolerance else {
+            return;
+        };
         let Staged {
             statistics,
             tails,
             floor,
         } = *stage;
-        let open: Vec<_> = statistics.iter().filter(|of| self.is_open(of)).collect();
-        if open.is_empty() || self.has_end || self.watch.cancelled() {
+        let is_open = |of: &&Statistics| self.is_open(tolerance, of);
+        let open: Vec<_> = statistics.iter().filter(is_open).collect();
+        if open.is_empty() || self.watch.cancelled() {
             return;
         }
         let walks = open.iter().map(|of| of.walks()).max().unwrap_or(0) as f64;
-        let needed = open.iter().map(|of| self.needed(of)).fold(0.0, f64::max);
+        let needed = open.iter().map(|of| Self::needed(tolerance, of));
+        let needed = needed.fold(0.0, f64::max);
         let is_rounded = |of: &&Statistics| {
             let error = of.preconditioned().std_error;
             of.scored() >= MIN_SCORED_WALKS && error.is_some_and(|error| error < floor(of))
@@ -208,7 +212,7 @@ impl SolveObserver for Course<'_, '_> {
                 state.end = Some(End::Gave(Gave::Rounding));
             }
             if let Some(price) = self.otherwise {
-                let left: f64 = open.iter().map(|of| self.left(of)).sum();
+                let left: f64 = open.iter().map(|of| Self::left(tolerance, of)).sum();
                 if state.end.is_none() && left * each > price {
                     state.search.walked += walked;
                     state.end = Some(End::Other);
@@ -218,7 +222,7 @@ impl SolveObserver for Course<'_, '_> {
             let is_wrong = walks.max(needed) > WRONG * state.predicted.most_walks;
             if state.end.is_none() && is_wrong && walks >= state.look {
                 state.look = 2.0 * walks;
-                let is_known = open.iter().all(|of| self.is_known(of));
+                let is_known = open.iter().all(|of| Self::is_known(tolerance, of));
                 state.end = state.look(statistics, walked, is_known);
                 if state.end.is_none() && walks >= (MANY_BATCHES * self.batch) as f64 {
                     state.end = Gave::doubtful(statistics, tails, floor).map(End::Gave);

@@ -2,6 +2,7 @@
 
 use fredholm_core::{Estimator, MIN_BATCHES, next_stage};
 
+use super::aim::Given;
 use super::pilot::{Known, Observed, Pilot};
 use super::setting::Setting;
 use fredholm_model::cost::{Cost, PointwisePairs};
@@ -9,6 +10,8 @@ use fredholm_model::cost::{Cost, PointwisePairs};
 /// The part of the observed order that finer cells are trusted to have: their variance falls less regularly than that, above
 /// all at singular kernels, which took five times as long without.
 const TRUSTED: f64 = 0.75;
+/// How many times less variance is hoped for where nothing is known, if no error is asked for.
+const HOPE: f64 = 100.0;
 /// The number of batches from which on whole stages are not counted.
 const MANY_BATCHES: f64 = 1e6;
 
@@ -45,6 +48,8 @@ pub(super) struct Prediction {
     pub(super) scored: u64,
     /// The number of walks of the target that takes most by the observed variance.
     pub(super) most_walks: f64,
+    /// The number of targets.
+    pub(super) targets: f64,
     /// The number of all walks.
     pub(super) walks: f64,
     /// Var/E² of all targets: the number of walks if they were not made in whole stages.
@@ -70,6 +75,8 @@ impl Prediction {
 pub(super) struct FamilyWalks {
     /// Walks of a batch.
     pub(super) batch: u64,
+    /// The number of walks of a target, unless they are made in stages until an error is reached.
+    pub(super) given: Option<u64>,
     /// The estimator.
     pub(super) estimator: Estimator,
     /// The number of states of a walk, about.
@@ -111,6 +118,11 @@ impl Family {
         }
     }
 
+    /// Whether it is one of plain walks, or had no pilot.
+    pub(super) fn is_plain_or_new(&self) -> bool {
+        self.first.plain || self.pilots.is_empty()
+    }
+
     /// The level with these cells.
     pub(super) fn level(&self, cells: usize) -> Option<&Level> {
         self.levels.iter().find(|level| level.cells == cells)
@@ -142,6 +154,12 @@ impl Family {
         self.update();
     }
 
+    /// Predicts all levels anew, for these errors.
+    pub(super) fn ask(&mut self, given: &Given) {
+        self.pilots.iter_mut().for_each(|pilot| pilot.ask(given));
+        self.update();
+    }
+
     /// Keeps levels that were asked for. Fewer may pay now, but those that are known stay.
     pub(super) fn extend(&mut self, levels: Vec<Level>, asked: usize) {
         self.asked = asked;
@@ -167,7 +185,11 @@ impl Family {
         let walk = setting.walk(&level.cost);
         let none = PointwisePairs::default();
         let each = walk.seconds(self.walks.estimator, self.walks.states, none);
-        let least = (self.walks.batch * MIN_BATCHES) as f64 * weights.iter().sum::<f64>();
+        let least = match self.walks.given {
+            None => (self.walks.batch * MIN_BATCHES) as f64,
+            Some(walks) => walks as f64 / HOPE,
+        };
+        let least = least * weights.iter().sum::<f64>();
         let [setup, source, kept] = setting.setup(&level.cost);
         Prediction {
             setting,
@@ -181,6 +203,7 @@ impl Family {
             pilot_walks: 0,
             scored: 0,
             most_walks: f64::INFINITY,
+            targets: weights.iter().sum(),
             walks: f64::INFINITY,
             needed: f64::INFINITY,
             states: f64::INFINITY,
@@ -212,7 +235,10 @@ impl Family {
     pub(super) fn predict(&self, pilot: &Pilot, level: &Level) -> Prediction {
         let setting = pilot.setting.on(level.cells);
         let batch = self.walks.batch as f64;
-        let in_stages = |walks: f64| batch * batches_of_whole_stages(walks / batch);
+        let in_stages = |walks: f64| match self.walks.given {
+            None => batch * batches_of_whole_stages(walks / batch),
+            Some(_) => walks,
+        };
         let all = |walks: &dyn Fn(&Observed) -> f64| -> f64 {
             let of = |target: &Observed| target.weight * in_stages(walks(target));
             pilot.observed().map(of).sum()
@@ -243,6 +269,7 @@ impl Family {
             },
             scored: pilot.scored,
             most_walks: in_stages(most.fold(0.0, f64::max)),
+            targets: pilot.observed().map(|target| target.weight).sum(),
             walks,
             needed: observed * pilot.needed_of_all(),
             states: walks * pilot.states,

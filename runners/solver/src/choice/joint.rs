@@ -185,6 +185,7 @@ impl<'m> Question<'_, 'm> {
             && self.model.about().whole == WholeValues::Points
             && settings.global != Some(false)
             && settings.walks.is_none()
+            && settings.tolerance.is_some()
             && settings.last_step != Some(true)
     }
 

@@ -1,6 +1,6 @@
-//! The best division of work between the set-up and the walks, if a tolerance is given.
+//! The best division of work between the set-up and the walks.
 //!
-//! A finer Galerkin solution takes longer and leaves less to the walks. The choice is the setting that minimises, among
+//! A finer Galerkin solution takes longer and leaves less to the walks. If a tolerance is given, the choice is the setting that minimises, among
 //! all that are left open,
 //!
 //! ```text
@@ -12,13 +12,22 @@
 //! made again with what they tell. Seconds come from constants ([`Cost`](fredholm_model::cost::Cost)) and from what was
 //! counted, and never from a clock: the same input has the same bits on every machine.
 //!
-//! - `setting`: what may be chosen. `pilot`: few walks of one setting. `systems`: what they solved.
+//! If no error is given, the choice is the setting that minimises
+//!
+//! ```text
+//! Var(n) · (set-up(n) + seconds of the walks that are given)
+//! ```
+//!
+//! among those that take no more than a few times as long as plain walks, or a moment.
+//!
+//! - `aim`: the errors by which settings are compared. `setting`: what may be chosen. `pilot`: few walks of one setting. `systems`: what they solved.
 //! - `family`: what pilots on few cells predict of more.
 //! - `search`: which pilot comes next, and the best prediction.
 //! - `joint`: one set of walks for all targets, where that takes less.
 //! - `course`: whether the answer's walks go as predicted.
 //! - `ways`: walks from the targets, or the way back from the sources.
 
+mod aim;
 mod course;
 mod family;
 mod joint;
@@ -87,7 +96,8 @@ impl Chosen<'_> {
     }
 }
 
-/// Chooses what the settings leave open, if they give a tolerance.
+/// Chooses what the settings leave open: for the error that is asked for, or else for [`Settings::WALKS`] walks of each target. `None`:
+/// nothing is chosen by pilots, as walks of resolvents or a lift are asked for.
 ///
 /// # Errors
 /// [`Error`]: nothing can be chosen. [`Error::Cancelled`].
@@ -97,7 +107,8 @@ pub fn choose<'m>(
     settings: &'m Settings,
     watch: &'m dyn SolveObserver,
 ) -> Result<Option<Chosen<'m>>, Error> {
-    let Some(mut search) = begin(model, targets, settings, watch)? else {
+    let own = settings.walk_options().walks;
+    let Some(mut search) = begin(model, targets, settings, (own, watch))? else {
         return Ok(None);
     };
     let goals = goals(model, targets)?;
@@ -117,8 +128,8 @@ pub fn choose<'m>(
     Ok(Some(looked.chosen(chosen)))
 }
 
-/// Chooses what the settings leave open, if they give a tolerance, and walks for every target until the tolerance is reached.
-/// Where walks show that few walks were wrong by far, what is open is chosen again with what is known then. They end
+/// Chooses what the settings leave open, as [`choose`] does, and walks for every target: the number of walks that the settings say, or until the
+/// tolerance is reached. Where walks show that few walks were wrong by far, what is open is chosen again with what is known then. They end
 /// without the tolerance where rounding leaves more, where walks tell of ever more walks,
 /// or where more than an hour is left, unless the settings have a number of walks or a time limit
 /// ([`Answer::gave_up`]).
@@ -155,9 +166,14 @@ pub(crate) fn solve_either<'m>(
 ) -> Result<Option<(Chosen<'m>, Found<'m>)>, SolveError> {
     let search = match begun {
         Some(search) => Some(search),
-        None => begin(model, targets, settings, watch)?,
+        None => begin(
+            model,
+            targets,
+            settings,
+            (chosen_for(settings, execute), watch),
+        )?,
     };
-    let (Some(mut search), Some(tolerance)) = (search, settings.tolerance) else {
+    let Some(mut search) = search else {
         return Ok(None);
     };
     let question = Question {
@@ -243,7 +259,7 @@ pub(crate) fn solve_either<'m>(
             choice: Some(&chosen.report),
         };
         let walks = execution.walks(model);
-        let mut course = Course::new(&mut search, best, settings, (tolerance, watch));
+        let mut course = Course::new(&mut search, best, settings, watch);
         course.otherwise = otherwise;
         let answered = match &chosen.solved {
             Some(solved) => solved.walk(&walks, &request, &course),
@@ -302,26 +318,35 @@ fn ended<'m>(
     Ok((chosen, answer))
 }
 
-/// The search, if something is to be chosen.
+/// The number of walks for which is chosen, if no error is asked for: that of walks which these go on with.
+fn chosen_for(settings: &Settings, execute: &dyn Execute) -> u64 {
+    let own = settings.walk_options().walks;
+    execute.goes_on_with().unwrap_or(own)
+}
+
+/// The search, if something is to be chosen: of so many walks of each target, if no error is asked for.
 fn begin<'m>(
     model: &'m dyn Model,
     targets: &[Target],
     settings: &'m Settings,
-    watch: &'m dyn SolveObserver,
+    (walks, watch): (u64, &'m dyn SolveObserver),
 ) -> Result<Option<Search<'m>>, Error> {
-    let Some(tolerance) = settings.tolerance else {
-        return Ok(None);
-    };
     if settings.method == Some(Method::Resolvent) {
         // These choose without pilots.
+        return Ok(None);
+    }
+    if settings.method == Some(Method::Paper) && settings.tolerance.is_none() {
+        // The paper says what is open.
         return Ok(None);
     }
     if settings.lift.is_some_and(|lift| lift > 0) {
         // Predictions know nothing of it.
         return Ok(None);
     }
-    let search = Search::new(model, targets, settings, tolerance, watch)?;
-    Ok(Some(search))
+    let search = Search::new(model, targets, settings, walks, watch)?;
+    // Without an error there may be nothing to choose.
+    let is_open = settings.tolerance.is_some() || search.is_open();
+    Ok(is_open.then_some(search))
 }
 
 /// Looks for one set of walks for all targets before pilots of separate walks take long: they are told what these have to be
@@ -381,6 +406,9 @@ fn next<'m>(
         let Some(best) = search.best() else {
             return Err(search.take_refusal().unwrap_or(Error::NoSetting));
         };
+        if search.has_no_mean() {
+            return Err(Error::NoMean);
+        }
         let next = |chosen, best, otherwise| {
             Ok(Next {
                 chosen,
@@ -428,7 +456,8 @@ fn follow<'m>(chosen: &mut Chosen<'m>, lifted: Lifted<'m>) {
 /// Refuses walks until an error is reached if no walk may ever score, or if that takes too long.
 fn refuse_without_end(settings: &Settings, best: &Prediction) -> Result<(), Error> {
     let seconds = best.seconds();
-    if settings.walks.is_some() || settings.time_limit.is_some() || seconds <= MOST_SECONDS {
+    let has_end = settings.walks.is_some() || settings.tolerance.is_none();
+    if has_end || settings.time_limit.is_some() || seconds <= MOST_SECONDS {
         Ok(())
     } else if best.scored > 0 {
         Err(Error::TooLong { seconds })
@@ -446,7 +475,8 @@ fn accepted<'m>(
     let setting = &best.setting;
     let mut chosen = setting.applied(settings);
     // Until the error is reached.
-    chosen.walks = chosen.walks.or(Some(ENDLESS));
+    let most = chosen.tolerance.map(|_| ENDLESS);
+    chosen.walks = chosen.walks.or(most);
     let solved = search.solved_to_answer(best)?;
     if let Some(solved) = solved.as_ref().filter(|_| !chosen.allow_infinite_variance) {
         solved.system.check_variance(&chosen.walk_options())?;
@@ -468,12 +498,20 @@ fn report(search: &Search<'_>, best: &Prediction, kept: f64) -> ChoiceReport {
     // Pilots count the walks of every functional.
     let shared = search.model().shared() as f64;
     let (pilots, pilot_walks) = search.all_pilots();
+    let given = search.walks_given();
+    let walks = given.map_or(best.walks, |walks| walks as f64 * best.targets);
+    // Where there is no variance, no walk is needed.
+    let states = match best.walks > 0.0 {
+        true => best.states / best.walks,
+        false => search.states(),
+    };
     ChoiceReport {
         method: best.setting.method(),
+        walks: given,
         predicted_setup_seconds: best.setup,
-        predicted_walk_seconds: best.walking,
-        predicted_walks: best.walks / shared,
-        predicted_states: best.states / shared,
+        predicted_walk_seconds: given.map_or(best.walking, |_| walks * best.seconds_per_walk),
+        predicted_walks: walks / shared,
+        predicted_states: walks * states / shared,
         predicted_plain_seconds: plain.filter(|seconds| seconds.is_finite()),
         predicted_separate_seconds: None,
         predicted_whole_seconds: None,

@@ -1,7 +1,8 @@
 //! One pilot: few walks of one setting, and what they tell.
 
-use fredholm_core::{MIN_SCORED_WALKS, Statistics, Tolerance};
+use fredholm_core::Statistics;
 
+use super::aim::{Aim, Given};
 use super::setting::Setting;
 use crate::{Error, Goal, Model};
 use fredholm_model::cost::PointwisePairs;
@@ -92,13 +93,16 @@ impl Sample {
 pub(super) struct Observed {
     /// The number of targets that this one stands for.
     pub(super) weight: f64,
+    /// The variance of a walk.
+    variance: f64,
     /// Var/E²: the number of walks that the target takes.
     needed: f64,
     /// The estimate and the number of walks behind it.
     estimate: f64,
     walks: f64,
-    /// E.
+    /// E, and what rounding leaves of it, where walks end at that.
     bound: f64,
+    floor: f64,
     /// The number of walks until enough have scored for an error to be believed.
     believed: f64,
     /// The factor by which the true variance may differ from the observed one.
@@ -106,6 +110,12 @@ pub(super) struct Observed {
 }
 
 impl Observed {
+    /// Asks for this error.
+    fn ask(&mut self, error: f64) {
+        self.bound = error.max(self.floor);
+        self.needed = self.variance / self.bound.powi(2);
+    }
+
     /// The number of walks with this multiple of the observed variance; infinite before a walk has scored.
     pub(super) fn walks(&self, multiple: f64) -> f64 {
         (multiple * self.needed).max(self.believed)
@@ -116,8 +126,8 @@ impl Observed {
     fn correct(&mut self, [estimate, error]: [f64; 2]) {
         let missed = (self.estimate - estimate).abs() - SURE * error;
         if missed > 0.0 {
-            let variance = missed.powi(2) * self.walks / MISSED;
-            self.needed = self.needed.max(variance / self.bound.powi(2));
+            self.variance = self.variance.max(missed.powi(2) * self.walks / MISSED);
+            self.needed = self.needed.max(self.variance / self.bound.powi(2));
         }
     }
 
@@ -182,6 +192,8 @@ pub(super) struct Pilot {
     pub(super) setting: Setting,
     /// Whether its targets are those of all pilots, and not those of the answer.
     is_sampled: bool,
+    /// The number of targets of one set of walks.
+    shared: usize,
     targets: Vec<Observed>,
     /// One target for all that the pilot leaves out and that take more.
     left_out: Option<Observed>,
@@ -199,44 +211,36 @@ pub(super) struct Pilot {
 
 impl Pilot {
     /// The pilot that had these walks.
-    pub(super) fn new(walked: &Walked<'_>, tolerance: Tolerance, model: &dyn Model) -> Self {
+    pub(super) fn new(walked: &Walked<'_>, aim: &Aim, model: &dyn Model) -> Self {
         let floors = walked.floors.iter().copied();
         let floors = floors.chain(core::iter::repeat(0.0));
         let all = || walked.statistics.iter().copied();
-        let bounds = all().zip(floors);
-        let bounds = bounds.map(|(of, floor)| tolerance.error(of).max(floor));
-        let bounds: Vec<f64> = bounds.collect();
-        let of = |((statistics, &bound), weight): ((&Statistics, &f64), f64)| {
-            let found = statistics.preconditioned();
-            let variance = found.std_dev.unwrap_or(0.0).powi(2);
-            let (walks, scored) = (statistics.walks() as f64, statistics.scored() as f64);
-            Observed {
+        let of = |(i, ((statistics, floor), weight)): (usize, ((&Statistics, f64), f64))| {
+            let variance = aim.variance(statistics, floor);
+            let mut target = Observed {
                 weight,
-                needed: variance / bound.powi(2),
-                estimate: found.estimate,
-                walks,
-                bound,
-                believed: MIN_SCORED_WALKS as f64 * walks / scored,
-                doubt: 1.0 + DOUBT / scored.sqrt(),
-            }
+                variance,
+                needed: 0.0,
+                estimate: statistics.preconditioned().estimate,
+                walks: statistics.walks() as f64,
+                bound: 0.0,
+                floor,
+                believed: aim.believed(statistics),
+                doubt: 1.0 + DOUBT / (statistics.scored() as f64).sqrt(),
+            };
+            target.ask(aim.error(i, statistics, variance));
+            target
         };
         let weights = walked.weights.iter().copied();
         let weights = weights.chain(core::iter::repeat(1.0));
         let walks: u64 = all().map(|of| of.walks()).sum();
         let states: u64 = all().map(|of| of.states()).sum();
-        let mut targets: Vec<Observed> = all().zip(&bounds).zip(weights).map(of).collect();
-        // What shares its walks takes as many as what takes most of them.
-        for sharing in targets.chunks_mut(model.shared()) {
-            let most = |of: fn(&Observed) -> f64| sharing.iter().map(of).fold(0.0, f64::max);
-            let [needed, believed] = [most(|of| of.needed), most(|of| of.believed)];
-            for target in sharing {
-                (target.needed, target.believed) = (needed, believed);
-            }
-        }
-        Self {
+        let targets = all().zip(floors).zip(weights).enumerate().map(of);
+        let mut pilot = Self {
             setting: walked.setting,
             is_sampled: !walked.weights.is_empty(),
-            targets,
+            shared: model.shared(),
+            targets: targets.collect(),
             left_out: None,
             walks,
             walks_each: all().map(|of| of.walks()).max().unwrap_or(0),
@@ -244,7 +248,38 @@ impl Pilot {
             pointwise: walked.pointwise,
             unknowns: walked.unknowns,
             scored: all().map(|of| of.scored()).min().unwrap_or(0),
+        };
+        pilot.share();
+        pilot
+    }
+
+    /// What shares its walks takes as many as what takes most of them.
+    fn share(&mut self) {
+        for sharing in self.targets.chunks_mut(self.shared) {
+            let most = |of: fn(&Observed) -> f64| sharing.iter().map(of).fold(0.0, f64::max);
+            let [needed, believed] = [most(|of| of.needed), most(|of| of.believed)];
+            for target in sharing {
+                (target.needed, target.believed) = (needed, believed);
+            }
         }
+    }
+
+    /// Asks for these errors.
+    pub(super) fn ask(&mut self, given: &Given) {
+        for (i, target) in self.targets.iter_mut().enumerate() {
+            target.ask(given.error(i, target.variance));
+            // Neither has a variance.
+            if target.needed.is_nan() {
+                target.needed = given.walks as f64;
+            }
+        }
+        self.share();
+    }
+
+    /// The errors that so many walks leave.
+    pub(super) fn leaves(&self, given: &Given) -> Vec<f64> {
+        let of = |target: &Observed| given.standard_error(target.variance);
+        self.targets.iter().map(of).collect()
     }
 
     /// Corrects the variances by estimates of more walks.

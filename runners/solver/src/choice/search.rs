@@ -12,10 +12,11 @@ mod sequence;
 use std::sync::Arc;
 use web_time::Instant;
 
-use fredholm_core::{MIN_BATCHES, Statistics, Tolerance};
+use fredholm_core::{MIN_BATCHES, Statistics};
 use fredholm_rayon::Observer;
 
 use super::LONG_SECONDS;
+use super::aim::{Aim, Given};
 use super::family::{Family, Prediction};
 use super::pilot::{Known, Pilot, Sample, Walked};
 use super::setting::Setting;
@@ -23,6 +24,7 @@ use super::systems::Systems;
 use crate::answer::{Answer, SolveObserver, Solved, Walks};
 use crate::model::{Request, Wanted};
 use crate::{Error, Model, Partitioned, Settings, WalkOptions};
+use fredholm_model::memory::refuse_beyond_memory;
 use fredholm_model::{About, Target};
 use lift::Lifts;
 pub(super) use lift::{LIFTED_PILOT, Lifted};
@@ -56,7 +58,7 @@ pub(crate) struct Search<'m> {
     model: &'m dyn Model,
     about: About,
     settings: &'m Settings,
-    tolerance: Tolerance,
+    aim: Aim,
     watch: &'m dyn SolveObserver,
     /// The number of states of a walk, about.
     states: f64,
@@ -70,8 +72,12 @@ pub(crate) struct Search<'m> {
     lifts: Lifts<'m>,
     /// Settings that the problem has refused.
     refused: Vec<Setting>,
-    /// The first refusal: it is reported if every setting is refused.
+    /// The first refusal of walks: it is reported if every setting is refused.
     refusal: Option<Error>,
+    /// The first refusal of a setting that was not tried: it is reported if no walks are refused.
+    unfit: Option<Error>,
+    /// The most cells on which walks of a neighbour equation have no mean.
+    no_mean: Option<usize>,
     /// Predicted seconds of all pilots and their set-ups.
     work: f64,
     /// Seconds that pilots may take in any case.
@@ -103,14 +109,14 @@ impl<'m> Search<'m> {
         model: &'m dyn Model,
         targets: &[Target],
         settings: &'m Settings,
-        tolerance: Tolerance,
+        walks: u64,
         watch: &'m dyn SolveObserver,
     ) -> Result<Self, Error> {
         let mut search = Self {
             model,
             about: model.about(),
             settings,
-            tolerance,
+            aim: Aim::new(settings, walks),
             watch,
             states: f64::NAN,
             of_sequences: None,
@@ -122,6 +128,8 @@ impl<'m> Search<'m> {
             lifts: Lifts::new(model, settings),
             refused: Vec::new(),
             refusal: None,
+            unfit: None,
+            no_mean: None,
             work: 0.0,
             granted: 0.0,
             left: f64::INFINITY,
@@ -218,13 +226,16 @@ impl<'m> Search<'m> {
         let best = self.best();
         let price = best.map_or(f64::INFINITY, |best| self.least_price(&best));
         let price = price.min(self.left).min(self.rival);
-        let may = best.map_or(f64::INFINITY, |best| self.allowance(&best, SHARE));
+        let mut may = best.map_or(f64::INFINITY, |best| self.allowance(&best, SHARE));
+        if self.aim.walks().is_some() && self.families.iter().all(Family::is_plain_or_new) {
+            // There is nothing else to compare plain walks with.
+            may = may.max(self.may_take());
+        }
         let all = self.candidates(best.as_ref()).into_iter().map(|found| {
-            let walks = self.sample.walks(if found.pilot_walks == 0 {
-                FIRST
-            } else {
-                CONFIRM
-            });
+            let walks = match found.pilot_walks {
+                0 => self.sample.walks(FIRST),
+                _ => self.confirming(),
+            };
             let step = self.step_to(&found, walks);
             let setup = self.remaining_setup(&step);
             // What is set up for the best is not lost.
@@ -232,7 +243,12 @@ impl<'m> Search<'m> {
             let is_kept = is_for_best && self.systems.of(&step.setting).is_none();
             let lost = self.seconds_of(&step, walks) - if is_kept { setup } else { 0.0 };
             let setup = self.remaining_setup(&found);
-            (step, walks, lost, setup + found.hopeful + PAYS * lost)
+            (
+                step,
+                walks,
+                lost,
+                self.cost(&found, setup + PAYS * lost, found.hopeful),
+            )
         });
         let pay = all.filter(|&(_, _, lost, cost)| cost < price && lost <= may);
         // What takes longer than all so far comes after everything else that may pay.
@@ -272,7 +288,7 @@ impl<'m> Search<'m> {
             // It is not what is walked.
             return None;
         }
-        let confirm = self.sample.walks(CONFIRM);
+        let confirm = self.confirming();
         let step = self.step_to(&best, confirm);
         let walks = if step.setting == best.setting {
             confirm
@@ -280,6 +296,15 @@ impl<'m> Search<'m> {
             self.sample.walks(FIRST)
         };
         (best.pilot_walks < confirm).then_some((step, walks))
+    }
+
+    /// Walks of the pilot of a setting that is about to be chosen: no more than that of the least run takes of them, if fewer are given.
+    pub(super) fn confirming(&self) -> u64 {
+        let most = self
+            .aim
+            .walks()
+            .map_or(CONFIRM, |walks| walks / MIN_BATCHES);
+        self.sample.walks(most.clamp(FIRST, CONFIRM))
     }
 
     /// The setting whose pilot comes next if this one is wanted: itself if its pilot takes no longer than all before it, so that
@@ -308,14 +333,13 @@ impl<'m> Search<'m> {
         PILOT_SECONDS + self.remaining_setup(found) + walks * found.seconds_per_walk
     }
 
-    /// Seconds that further pilots may take, if all may take this share of a prediction.
+    /// Seconds that further pilots may take, if all may take this share of a prediction, or of what given walks may take.
     fn allowance(&self, best: &Prediction, share: f64) -> f64 {
-        let all = share
-            * self
-                .least_price(best)
-                .min(LONG_SECONDS)
-                .min(self.rival)
-                .min(self.time_limit());
+        let most = match self.aim {
+            Aim::Error(_) => share * self.least_price(best).min(LONG_SECONDS).min(self.rival),
+            Aim::Walks(_) => share * self.may_take().min(LONG_SECONDS),
+        };
+        let all = most.min(share * self.time_limit());
         (all - self.lost(best)).max(self.granted - self.work)
     }
 
@@ -350,16 +374,41 @@ impl<'m> Search<'m> {
             family.correct(&self.known);
         }
         self.extend(&setting);
+        self.compare_with_best();
+    }
+
+    /// If no error is asked for, compares all with what is left by the best setting that had a pilot.
+    fn compare_with_best(&mut self) {
+        let (Aim::Walks(given), Some(best)) = (&self.aim, self.best_tried()) else {
+            return;
+        };
+        let family = self.family_of(&best.setting);
+        let Some(pilot) = family.and_then(|family| family.pilot_for(&best.setting)) else {
+            return;
+        };
+        let given = Given {
+            errors: pilot.leaves(given),
+            ..*given
+        };
+        self.families
+            .iter_mut()
+            .for_each(|family| family.ask(&given));
+        self.aim = Aim::Walks(given);
     }
 
     /// Adds the levels to a setting's family that it may tell of.
     fn extend(&mut self, setting: &Setting) {
+        // What given walks may take is an end.
+        let has_end = self.aim.walks().is_some();
         let Some(family) = self.family(setting) else {
             return;
         };
         let mut levels = family.levels.iter();
         let number = levels.position(|level| level.cells == setting.cells);
-        let wanted = 1 + LEVELS + number.unwrap_or(0);
+        let wanted = match has_end {
+            true => usize::MAX,
+            false => 1 + LEVELS + number.unwrap_or(0),
+        };
         if setting.plain || family.asked >= wanted {
             return;
         }
@@ -372,7 +421,18 @@ impl<'m> Search<'m> {
     fn partition(&self, setting: &Setting) -> Result<Box<dyn Partitioned<'m> + 'm>, Error> {
         let cut = setting.applied(self.settings).discretisation();
         self.model.check(&cut, setting.pairs)?;
-        self.model.partition(&cut)
+        let cells = self.model.partition(&cut)?;
+        if !setting.plain {
+            let needed = cells.memory(&self.sample.goals, setting.pairs);
+            let what = || format!("{} unknowns", cells.unknowns());
+            refuse_beyond_memory(what, needed, self.about.less_memory)?;
+        }
+        Ok(cells)
+    }
+
+    /// The number of walks of each target, if no error is asked for.
+    pub(super) const fn walks_given(&self) -> Option<u64> {
+        self.aim.walks()
     }
 
     /// The number of states of a walk, about.
@@ -435,9 +495,10 @@ impl<'m> Search<'m> {
         let all: Vec<&Statistics> = all.collect();
         self.known.learn(&all);
         let first_stage = (MIN_BATCHES * self.settings.batch()) as f64;
+        let is_given = self.aim.walks().is_some();
         let reached = |(of, &floor): (&&Statistics, &f64)| {
             let deviation = of.preconditioned().std_dev.unwrap_or(0.0);
-            let is_reached = deviation <= floor * first_stage.sqrt();
+            let is_reached = is_given || deviation <= floor * first_stage.sqrt();
             if is_reached { floor } else { 0.0 }
         };
         let floors: Vec<f64> = all.iter().zip(&answer.floors).map(reached).collect();
@@ -449,7 +510,7 @@ impl<'m> Search<'m> {
             pointwise: answer.pointwise,
             unknowns,
         };
-        Ok(Pilot::new(&walked, self.tolerance, self.model))
+        Ok(Pilot::new(&walked, &self.aim, self.model))
     }
 
     /// Walks of each target by these settings, with a seed of their own, that follow a given system or that of the setting; and the number
@@ -510,7 +571,7 @@ impl<'m> Search<'m> {
             pointwise: pilot.pairs(level.unknowns),
             unknowns: level.unknowns,
         };
-        let pilot = Pilot::new(&walked, self.tolerance, self.model);
+        let pilot = Pilot::new(&walked, &self.aim, self.model);
         let of = self.sample.of(statistics);
         if !of.is_empty() {
             let few = Pilot::new(
@@ -519,7 +580,7 @@ impl<'m> Search<'m> {
                     weights: &self.sample.weights,
                     ..walked
                 },
-                self.tolerance,
+                &self.aim,
                 self.model,
             );
             self.known.left_out = (pilot.needed() / few.needed() - 1.0).max(0.0);
@@ -543,13 +604,24 @@ impl<'m> Search<'m> {
     /// more cells h may be close enough to k.
     pub(super) fn forget(&mut self, setting: Setting, refusal: Error) {
         self.refused.push(setting);
+        if matches!(refusal, Error::NoMean) {
+            self.no_mean = self.no_mean.max(Some(setting.cells));
+        }
         self.refusal.get_or_insert(refusal);
         self.extend(&setting);
     }
 
     /// The error to report if every setting is refused.
     pub(super) fn take_refusal(&mut self) -> Option<Error> {
-        self.refusal.take()
+        self.refusal.take().or_else(|| self.unfit.take())
+    }
+
+    /// Whether walks have no mean, as the neighbour equation tells that was tried on the most cells.
+    pub(super) fn has_no_mean(&self) -> bool {
+        let pilots = self.families.iter().flat_map(|family| &family.pilots);
+        let neighbours = pilots.filter(|pilot| !pilot.setting.plain);
+        let most = neighbours.map(|pilot| pilot.setting.cells).max();
+        self.no_mean.is_some_and(|cells| Some(cells) >= most)
     }
 
     /// Whether the problem is known to refuse a setting.

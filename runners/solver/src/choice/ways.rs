@@ -5,7 +5,7 @@
 //! way takes over.
 
 use super::search::Search;
-use super::{Chosen, Found, begin, solve_either};
+use super::{Chosen, Found, begin, chosen_for, solve_either};
 use crate::answer::SolveObserver;
 use crate::execute::Execute;
 use crate::{Goal, Model, Settings, SolveError};
@@ -32,7 +32,8 @@ pub(crate) fn solve_by_faster<'m>(
         let begun = (begun, may_be_joint);
         solve_either(model, targets, goals, settings, (watch, execute), begun)
     };
-    let [first, second] = models.map(|model| begin(model, targets, settings, watch));
+    let walks = chosen_for(settings, execute);
+    let [first, second] = models.map(|model| begin(model, targets, settings, (walks, watch)));
     let Some(mut now) = first? else {
         return Ok((false, solve(false, None)?));
     };

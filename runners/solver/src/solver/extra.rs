@@ -53,8 +53,8 @@ impl Solver<'_> {
     }
 
     /// Sets whether the last step of walks leads to the light, in rooms and on circles: they are then for u less the emission of
-    /// what is small and bright, and every score has what the light gives directly, in closed form. With a tolerance it is
-    /// chosen; otherwise walks make none.
+    /// what is small and bright, and every score has what the light gives directly, in closed form. It is
+    /// chosen where nothing is said.
     ///
     /// ```
     /// use fredholm::room::{Material, Surfaces};

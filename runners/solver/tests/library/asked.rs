@@ -357,14 +357,15 @@ fn what_has_none_is_refused() {
         direction: [0.0, 0.0, 1.0],
     };
     let cube = lit(0.0);
-    let report = Solver::new(&cube)
-        .goal("a", irradiance(meter))
-        .walks(20_000)
-        .solve();
+    let solver = Solver::new(&cube).goal("a", irradiance(meter));
     // Howell's C-13, from the middle of the cube to its ceiling.
     let exact =
         4.0 / core::f64::consts::PI * (1.0 / f64::sqrt(2.0)) * f64::atan(1.0 / f64::sqrt(2.0));
+    let report = solver.clone().cells(24).walks(20_000).solve();
     assert_near(found(&report.unwrap(), 0), exact);
+    let by_plain_walks = solver.solve_to(0.1).unwrap();
+    assert_eq!(by_plain_walks.choice.as_ref().unwrap().method, "plain");
+    assert_near(found(&by_plain_walks, 0), exact);
 }
 
 #[test]

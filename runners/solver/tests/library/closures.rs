@@ -52,6 +52,7 @@ fn weights_are_functions_of_the_coordinates() {
         .method(Method::Walks)
         .weight("first", |x| x[0])
         .cells(8)
+        .degree(0)
         .walks(1 << 17)
         .solve()
         .unwrap();
@@ -193,10 +194,11 @@ fn a_thousand_points_take_one_set_up_are_seen_and_cancelled() {
     };
     let (one, set_up, ..) = solved(1, u64::MAX);
     assert_eq!(one.unwrap().goals.len(), 1);
-    // 32 × 32 points: as many values of the kernel before the walks, which begin once.
+    // 32 × 32 points: about as many values of the kernel before the walks, which begin once. Pilots are of eight points.
     let (all, before, walked, begun) = solved(32, u64::MAX);
     let all = all.unwrap();
-    assert_eq!((before, walked, begun), (set_up, 1024 * 4096, 1));
+    assert!(before < 2 * set_up, "{before} {set_up}");
+    assert_eq!((walked, begun), (1024 * 4096, 1));
     assert_eq!(all.goals.len(), 1024);
     let place = |number: usize| format!("{:?}", all.goals[number].at);
     assert!(place(33).contains("[0.0322") && place(1023).contains("[1.0, 1.0]"));

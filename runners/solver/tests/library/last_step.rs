@@ -233,6 +233,7 @@ fn what_it_gains() {
     let deviations = |last, pairs| {
         let solver = Solver::new(&model).mean().on("floor", 0.3).cells(100);
         let report = solver
+            .degree(0)
             .pairs(pairs)
             .last_step(last)
             .walks(20_000)
@@ -269,7 +270,7 @@ fn predictions() {
         let solver = solver.pairs(pairs).last_step(true).absorption(0.3);
         let solver = solver.estimator(Estimator::Collision);
         let diagnosis = solver.diagnose_in(400).unwrap();
-        let report = solver.clone().walks(60_000).solve().unwrap();
+        let report = solver.degree(0).walks(60_000).solve().unwrap();
         for (predicted, found) in diagnosis.targets.iter().zip(&report.goals) {
             let [plain, best] = [&found.plain, &found.preconditioned].map(|of| of.std_dev.unwrap());
             let ratios = [

@@ -2,9 +2,10 @@
 
 use fredholm_core::Real;
 
+use super::super::aim::Aim;
 use super::super::family::{Family, FamilyWalks, Level, Prediction};
 use super::super::setting::{Setting, cells_to_choose};
-use super::{CONFIRM, Search};
+use super::{LONG_SECONDS, Search};
 use fredholm_model::LastSteps;
 
 use crate::whole::best_absorption;
@@ -28,8 +29,9 @@ impl Search<'_> {
     /// # Errors
     /// [`Error::InfiniteVariance`].
     pub(super) fn look_at_variance(&mut self) -> Result<(), Error> {
-        let base = self.plain();
-        let cells = self.model.partition(&self.with_valid_cells(&base))?;
+        let mut cut = self.plain().applied(self.settings).discretisation();
+        cut.cells = self.settings.cells;
+        let cells = self.model.partition(&cut)?;
         if !self.settings.allow_infinite_variance {
             cells.check_variance(&self.settings.walk_options())?;
         }
@@ -80,11 +82,18 @@ impl Search<'_> {
             let order = limit.midpoint(self.model.smooth_order(first.degree));
             let walks = FamilyWalks {
                 batch: self.settings.batch(),
+                given: self.aim.walks(),
                 estimator: self.settings.absorption().estimator(),
                 states: self.states,
             };
             self.families.push(Family::new(first, levels, order, walks));
         }
+    }
+
+    /// Whether there are several settings that may be chosen.
+    pub(in super::super) fn is_open(&self) -> bool {
+        let may = |family: &&Family| self.may_answer(&family.first) && !family.levels.is_empty();
+        self.settings.cells.is_none() || self.families.iter().filter(may).count() > 1
     }
 
     /// Whether last steps lead to the light: both, where that is open and may pay.
@@ -132,7 +141,7 @@ impl Search<'_> {
     /// the setting.
     pub(super) fn levels(&mut self, setting: &Setting, most: usize) -> Vec<Level> {
         self.try_levels(setting, most).unwrap_or_else(|refusal| {
-            self.refusal.get_or_insert(refusal);
+            self.unfit.get_or_insert(refusal);
             Vec::new()
         })
     }
@@ -148,7 +157,11 @@ impl Search<'_> {
         let known = cells_to_choose(self.model, &cut, given);
         let beyond = core::iter::successors(known.last().map(finer), |cells| Some(finer(cells)));
         let most = given.map_or(most, |_| 1);
-        let price = self.best().map_or(f64::INFINITY, |best| self.price(&best));
+        let best = self.best();
+        let most_seconds = best.map_or(f64::INFINITY, |best| match self.aim {
+            Aim::Error(_) => self.price(&best),
+            Aim::Walks(_) => self.may_take().min(LONG_SECONDS),
+        });
         let mut levels: Vec<Level> = Vec::new();
         for cells in known.iter().copied().chain(beyond).take(most) {
             let level = match self.model.partition(&cut.on(cells)) {
@@ -158,7 +171,7 @@ impl Search<'_> {
             };
             let (cost, unknowns) = (level.cost(setting.pairs), level.unknowns());
             let is_large = level.memory(&[], setting.pairs) > MEMORY || unknowns > UNKNOWNS;
-            if is_large && given.is_none() || (!levels.is_empty() && cost.setup > price) {
+            if is_large && given.is_none() || (!levels.is_empty() && cost.setup > most_seconds) {
                 break;
             }
             levels.push(Level {
@@ -176,8 +189,7 @@ impl Search<'_> {
         let is_open = |found: &&Prediction| match found.pilot_walks {
             0 => found.scored > 0,
             walks => {
-                walks < self.sample.walks(CONFIRM)
-                    && best.is_none_or(|best| best.setting != found.setting)
+                walks < self.confirming() && best.is_none_or(|best| best.setting != found.setting)
             }
         };
         let mut all = Vec::new();
@@ -192,6 +204,9 @@ impl Search<'_> {
             }
         }
         all.retain(|found| !self.refuses(&found.setting));
+        if self.aim.walks().is_some() {
+            all.retain(|found| !self.is_long(found));
+        }
         all
     }
 }

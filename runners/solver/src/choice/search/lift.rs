@@ -49,8 +49,10 @@ pub(super) struct Lifts<'m> {
 
 impl Lifts<'_> {
     pub(super) fn new(model: &dyn Model, settings: &Settings) -> Self {
-        let is_open =
-            settings.lift.is_none() && settings.pairs.is_none() && settings.walks.is_none();
+        let is_open = settings.lift.is_none()
+            && settings.pairs.is_none()
+            && settings.walks.is_none()
+            && settings.tolerance.is_some();
         let most = if is_open { model.about().most_lift } else { 0 };
         Self {
             degree: (most > 0).then_some(most),
@@ -175,6 +177,7 @@ impl<'m> Search<'m> {
                 pilot_walks: pilot.walks_each,
                 scored: pilot.scored,
                 most_walks: most,
+                targets: pilot.observed().map(|target| target.weight).sum(),
                 walks: all,
                 needed: pilot.needed_of_all(),
                 states: all * pilot.states,

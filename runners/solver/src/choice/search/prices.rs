@@ -2,14 +2,23 @@
 
 use core::cmp::Ordering;
 
-use super::super::family::Prediction;
+use super::super::family::{Family, Prediction};
 use super::super::setting::Setting;
 use super::Search;
 
+/// How many times as long as plain walks others and their set-up may take, if no error is asked for.
+const TIMES: f64 = 6.0;
+/// Seconds that interrupt nobody's thoughts.
+const MOMENT: f64 = 1.0;
+
 impl Search<'_> {
     /// The best prediction so far. One without a pilot is believed as long as all pilots took no longer than it tells: if
-    /// they did, predictions have been wrong more than once, and every further look would cost a set-up.
+    /// they did, predictions have been wrong more than once, and every further look would cost a set-up. Of given walks only what had a pilot is
+    /// believed: no walk of the answer corrects it.
     pub(in super::super) fn best(&self) -> Option<Prediction> {
+        if self.aim.walks().is_some() {
+            return self.best_tried();
+        }
         let is_tried = |found: &&Prediction| found.pilot_walks > 0;
         let is_believed = |best: &Prediction| is_tried(&best) || self.allowance(best, 1.0) >= 0.0;
         let best = self.best_of(self.found().filter(|found| self.may_answer(&found.setting)));
@@ -39,9 +48,8 @@ impl Search<'_> {
         &self,
         all: impl Iterator<Item = &'a Prediction>,
     ) -> Option<Prediction> {
-        let limit = self.time_limit();
         let key = |found: &Prediction| {
-            let is_long = self.remaining_setup(found) > limit;
+            let is_long = self.is_long(found) || self.remaining_setup(found) > self.time_limit();
             // Walks are made in whole stages: of settings that take as many, one leaves least.
             [
                 f64::from(u8::from(is_long)),
@@ -57,9 +65,54 @@ impl Search<'_> {
         best.map(|(_, found)| *found)
     }
 
-    /// Seconds that a setting takes from now on, which the search minimises.
+    /// What the search minimises: seconds that a setting takes from now on until an error is reached; of given walks, their seconds times the
+    /// variance that it leaves over that of the best setting so far.
     pub(in super::super) fn price(&self, found: &Prediction) -> f64 {
-        self.remaining_setup(found) + found.careful
+        self.cost(found, self.remaining_setup(found), found.careful)
+    }
+
+    /// The price of a setting with so many seconds before walks, and so many of walks to the error.
+    pub(super) fn cost(&self, found: &Prediction, before: f64, walking: f64) -> f64 {
+        match self.walking(found) {
+            None => before + walking,
+            Some(given) => (before + given) * (walking / given),
+        }
+    }
+
+    /// Seconds of the walks that are given, if no error is asked for.
+    fn walking(&self, found: &Prediction) -> Option<f64> {
+        let walks = self.aim.walks()? as f64;
+        Some(walks * found.targets * found.seconds_per_walk)
+    }
+
+    /// Whether given walks and their set-up take longer than they may.
+    pub(super) fn is_long(&self, found: &Prediction) -> bool {
+        let walking = self.walking(found);
+        walking.is_some_and(|walking| found.setup + walking > self.may_take())
+    }
+
+    /// Seconds that given walks and their set-up may take: a few times as long as plain walks, or a moment; or the least that what may be chosen
+    /// takes, as far as pilots know.
+    pub(super) fn may_take(&self) -> f64 {
+        let seconds =
+            |found: Prediction| found.setup + self.walking(&found).unwrap_or(f64::INFINITY);
+        let least = |all: &mut dyn Iterator<Item = Prediction>| {
+            let all = all.map(seconds);
+            all.reduce(f64::min)
+        };
+        let firsts = |is_plain: bool| {
+            let own = move |family: &&Family| family.first.plain == is_plain;
+            let first = |family: &Family| {
+                let unknown = || Some(family.unknown(family.levels.first()?, &self.sample.weights));
+                family.found.first().copied().or_else(unknown)
+            };
+            self.families.iter().filter(own).filter_map(first)
+        };
+        let tried = |found: &&Prediction| found.pilot_walks > 0 && self.may_answer(&found.setting);
+        let plain = least(&mut firsts(true)).unwrap_or(0.0);
+        let answer = least(&mut self.found().filter(tried).copied());
+        let answer = answer.or_else(|| least(&mut firsts(false)));
+        (TIMES * plain).max(MOMENT).max(answer.unwrap_or(0.0))
     }
 
     /// Seconds of a prediction's set-up that are still to come: those of the source alone if the system is solved and has made what it

@@ -131,11 +131,13 @@ pub(super) struct Sequences<'m> {
 impl Sequences<'_> {
     pub(super) fn new(model: &dyn Model, settings: &Settings) -> Self {
         let must = settings.sequence == Some(Sequence::Sobol);
+        // A number of walks is no reason for as many replicates as an error is.
         let is_open = settings.sequence.is_none() && settings.walks.is_none();
+        let is_asked = settings.tolerance.is_some();
         let all = core::iter::successors(Some(SHORTEST), |length| Some(2 * length));
         let all = all.take_while(|length| *length <= LONGEST).collect();
         Self {
-            may: model.about().has_sequences && (is_open || must),
+            may: model.about().has_sequences && is_asked && (is_open || must),
             must,
             lengths: settings.batch.map_or(all, |batch| vec![batch]),
             trials: Vec::new(),
@@ -400,7 +402,8 @@ impl<'m> Search<'m> {
         let known = self.known.targets.iter().copied().map(Some);
         let known = known.chain(core::iter::repeat(None));
         let targets: Vec<(f64, f64)> = (all.iter().zip(&self.sample.weights).zip(known))
-            .map(|((of, &weight), known)| {
+            .enumerate()
+            .map(|(i, ((of, &weight), known))| {
                 let found = of.preconditioned();
                 let mut variance = found.std_dev.unwrap_or(f64::INFINITY).powi(2);
                 // What these walks have missed, as another pilot tells: see `Observed::correct`.
@@ -408,7 +411,7 @@ impl<'m> Search<'m> {
                     let missed = (found.estimate - estimate).abs() - SURE * error;
                     variance = variance.max(missed.max(0.0).powi(2) * of.walks() as f64 / MISSED);
                 }
-                let bound = self.tolerance.error(of).powi(2);
+                let bound = self.aim.error(i, of, variance).powi(2);
                 (weight, variance / bound)
             })
             .collect();
