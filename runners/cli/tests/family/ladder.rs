@@ -109,10 +109,11 @@ impl Rung {
         self.set_up + self.walk * walks as f64 * self.targets.len() as f64
     }
 
-    /// Seconds of so many walks of each target times their variances over these, in the mean.
-    pub(crate) fn variance_time(&self, walks: u64, deviations: &[f64]) -> f64 {
+    /// Seconds of so many walks of each target times their variances, of which rounding leaves the second of these deviations, over that of the
+    /// first, in the mean.
+    pub(crate) fn variance_time(&self, walks: u64, deviations: &[[f64; 2]]) -> f64 {
         let own = self.targets.iter().zip(deviations);
-        let of = own.map(|(own, deviation)| (own[0].max(*deviation / 1e3) / deviation).powi(2));
+        let of = own.map(|(own, [other, floor])| (own[0].max(*floor) / other).powi(2));
         self.seconds_for(walks) * of.sum::<f64>() / deviations.len() as f64
     }
 

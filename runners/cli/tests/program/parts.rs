@@ -254,6 +254,27 @@ fn a_run_that_is_killed_again_and_again_ends_with_the_same_bits() {
     }
 }
 
+/// What is open is chosen for the walks with which a run began, however many follow.
+#[test]
+fn walks_that_go_on_have_the_choice_of_those_before() {
+    let folder = Folder::new();
+    let open = circle_with("cells = 20\ndegree = 0\npairs = \"default\"\n", "");
+    let open = open.replace("absorption = 0.2\nestimator = \"absorption\"\n", "");
+    let file = folder.file("open.toml", &open);
+    let save = folder.at("run");
+    let solve = |walks: &str, options: &[&str]| {
+        let args = ["solve", &file, "--json", "--walks", walks];
+        fredholm(&[&args[..], options].concat()).quietly(0).json()
+    };
+    let begun = solve("1000", &["--save", &save]);
+    let after = solve("200000", &["--save", &save]);
+    let anew = solve("200000", &[]);
+    assert_eq!(after["cells"], begun["cells"]);
+    assert_ne!(after["cells"], anew["cells"]);
+    assert_eq!(after["split"]["walks"], 1000);
+    assert_eq!(list(&after, "targets")[0]["walks"], 200_000);
+}
+
 #[test]
 #[cfg(unix)]
 fn an_interrupt_keeps_what_is_done_and_the_same_command_goes_on() {

@@ -118,6 +118,11 @@ impl Family {
         }
     }
 
+    /// Expects walks with so many states.
+    pub(super) const fn expect(&mut self, states: f64) {
+        self.walks.states = states;
+    }
+
     /// Whether it is one of plain walks, or had no pilot.
     pub(super) fn is_plain_or_new(&self) -> bool {
         self.first.plain || self.pilots.is_empty()

@@ -96,8 +96,8 @@ impl Chosen<'_> {
     }
 }
 
-/// Chooses what the settings leave open: for the error that is asked for, or else for [`Settings::WALKS`] walks of each target. `None`:
-/// nothing is chosen by pilots, as walks of resolvents or a lift are asked for.
+/// Chooses what the settings leave open: for the error that is asked for, or else for the walks that are given. `None`: nothing is chosen by
+/// pilots, as nothing is open, or as walks of resolvents, a lift or the paper's method are asked for.
 ///
 /// # Errors
 /// [`Error`]: nothing can be chosen. [`Error::Cancelled`].

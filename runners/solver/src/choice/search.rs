@@ -367,6 +367,12 @@ impl<'m> Search<'m> {
     /// Adds a pilot to its family, and corrects all others by what it tells of u.
     fn learn(&mut self, pilot: Pilot) {
         let setting = pilot.setting;
+        if setting.plain && self.aim.walks().is_some() {
+            // What is not known yet is compared with what is.
+            self.families
+                .iter_mut()
+                .for_each(|family| family.expect(pilot.states));
+        }
         if let Some(family) = self.family(&setting) {
             family.add(pilot);
         }

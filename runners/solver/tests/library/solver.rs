@@ -49,6 +49,28 @@ fn square() -> RoomModel {
     RoomModel::new(surfaces, Scalar::F64).unwrap()
 }
 
+/// Without an error the choice is for the walks that are made, and leaves less variance than what was the default.
+#[test]
+fn given_walks_have_their_choice() {
+    let light = Harmonic {
+        constant: 5.0,
+        amplitude: 1.0,
+        frequency: 5,
+    };
+    let u = CircleModel::new(vec![0.3, 0.7], Emission::Harmonic(light));
+    let solver = Solver::new(&u).mean().at(0.3).walks(20_000);
+    let report = solver.clone().solve().unwrap();
+    let choice = report.choice.as_ref().unwrap();
+    assert_eq!((choice.walks, choice.predicted_walks), (Some(20_000), 4e4));
+    let fixed = solver.cells(520).degree(0).pairs(Pairs::Default);
+    let fixed = fixed.solve().unwrap();
+    assert!(fixed.choice.is_none(), "nothing is open");
+    for (chosen, fixed) in report.goals.iter().zip(&fixed.goals) {
+        let [chosen, fixed] = [chosen, fixed].map(|goal| goal.preconditioned.std_error.unwrap());
+        assert!(1e3 * chosen < fixed, "{chosen} {fixed}");
+    }
+}
+
 #[test]
 fn a_room_and_its_surfaces() {
     let report = Solver::new(&square())
