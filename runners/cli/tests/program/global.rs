@@ -389,7 +389,7 @@ fn a_file_says_where_results_go() {
 fn what_has_no_global_estimate_says_so() {
     let folder = Folder::new();
     let room = fredholm(&["init", "room"]).quietly(0).stdout;
-    let room = room.replace("degree = 0", "degree = 4");
+    let room = room.replace("# degree = 0", "degree = 4");
     let refused = |file: &str, options: &[&str], words: &str| {
         refused(&folder.solve(file, options), &[words]);
     };

@@ -644,7 +644,7 @@ fn bad_rooms_are_refused_at_their_place() {
     );
     refused(&with("name = \"lamp\"", "name = \"all\""), &["nor \"all\""]);
     refused(
-        &with("grading = 1.5", "grading = 0.5"),
+        &with("# grading = 1.5", "grading = 0.5"),
         &["`grading` must be from 1"],
     );
     refused(

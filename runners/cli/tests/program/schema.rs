@@ -160,7 +160,7 @@ fn reports_are_what_their_schema_says() {
     let doubtful = format!("{given}[uncertainties]\n'others net flux' = 5\n");
     let air = format!("{ROOM}[[target]]\nname = 'air'\nat = [0.3, 0.4]\n");
     let spike = "[problem]\nkind = 'cube'\ndimension = 1\nsource = '1'\n\
-        kernel = 'abs(x - 0.5) < 0.001 && abs(y - 0.5) < 0.001 ? 5000 : 0.1'\n\
+        kernel = 'abs(x - 0.5) < 0.001 && abs(y - 0.5) < 0.001 ? 300 : 0.1'\n\
         [galerkin]\ncells = 50\n[walk]\nwalks = 1000\nseed = 3\n[[target]]\nname = 'a'\nat = 0.3\n";
     let stop = ["--walks", "9000000000000", "--time-limit", "0.2"];
     let lifted = circle_with("pairs = \"default\"", "lift = 4");

@@ -93,10 +93,10 @@ fn the_printed_file_is_checked_and_solved() {
         fredholm(&["init", "sphere"]).quietly(0).stdout,
     );
     let check = fredholm(&["check", &file]).quietly(0).stdout;
-    for part in ["is valid", "cells      200\n", "memory", "time", "targets"] {
+    for part in ["is valid", "cells ", "memory", "time", "targets"] {
         assert!(check.contains(part), "{part}: {check}");
     }
-    let text = fredholm(&["solve", &file, "--walks", "2000"])
+    let text = fredholm(&["solve", &file, "--walks", "2000", "--cells", "200"])
         .quietly(0)
         .stdout;
     assert!(text.contains("sphere, 200 cells, default pairs"), "{text}");

@@ -126,7 +126,8 @@ fn grey_surfaces_are_those_without_an_absorptance() {
         "[[target]]\nover = 'ground'\nask = 'irradiance'\n[[target]]\nname = 'warm'\nover = 'ground'\nask = 'temperature'\n",
     );
     let dark = lit.replace("absorptance = 0.2", "absorptance = 0.8");
-    let (lit, dark) = (asked(&folder, &lit, &[]), asked(&folder, &dark, &[]));
+    let cells = ["--cells", "30", "--degree", "1"];
+    let [lit, dark] = [lit, dark].map(|yard| asked(&folder, &yard, &cells));
     assert_eq!(lit[0], dark[0]);
     assert!(dark[1][0] > lit[1][0] + 20.0, "{lit:?} {dark:?}");
 }

@@ -5,8 +5,8 @@ use fredholm::circle::{Emission, Harmonic};
 use fredholm::sphere::Parameters;
 use fredholm::tube::Parameters as TubeParameters;
 use fredholm::{
-    CircleModel, CubeModel, CustomModel, Error, Method, Model, Region, Report, Scalar, Sequence,
-    SolveError, Solver, SphereModel, TubeModel,
+    CircleModel, CubeModel, CustomModel, Error, Method, Model, Pairs, Region, Report, Scalar,
+    Sequence, SolveError, Solver, SphereModel, TubeModel,
 };
 
 use crate::common::Line;
@@ -125,9 +125,15 @@ fn a_channel_is_its_equation_alone() {
 
 #[test]
 fn channels_have_single_precision_lifts_and_last_steps() {
+    // Of several channels something else may be chosen than of one.
+    fn fixed(solver: Solver<'_>) -> Solver<'_> {
+        solver.degree(0).pairs(Pairs::Default)
+    }
     let [circles, _, spheres, tubes, _] = &pairs();
     for [alone, channels] in [circles, spheres, tubes] {
-        check(&**alone, &**channels, |solver| solver.scalar(Scalar::F32));
+        check(&**alone, &**channels, |solver| {
+            fixed(solver).scalar(Scalar::F32)
+        });
     }
     check(&*circles[0], &*circles[1], |solver| solver.lift(2));
     let lit = |first: bool| {
@@ -135,7 +141,7 @@ fn channels_have_single_precision_lifts_and_last_steps() {
         CircleModel::new(vec![0.5], Emission::Arcs(vec![lamp, 0.0]))
     };
     let [alone, channels] = pair(lit);
-    check(&*alone, &*channels, |solver| solver.last_step(true));
+    check(&*alone, &*channels, |solver| fixed(solver).last_step(true));
 }
 
 /// Intervals of known solutions hold as often as they say, those of the sum among them: 300 runs, and 4.9 standard deviations.
@@ -224,7 +230,7 @@ fn systems_of_all_channels_are_saved() {
         let again = again.saved().unwrap();
         assert_eq!(saved.solution.v, again.solution.v);
         assert_eq!(saved.coefficients, again.coefficients);
-        assert!(solved.tables(fredholm::Pairs::Default).is_err());
+        assert!(solved.tables(Pairs::Default).is_err());
     }
 }
 
