@@ -15,7 +15,7 @@ impl Solver<'_> {
     ///
     /// let wave = Harmonic { constant: 5.0, amplitude: 1.0, frequency: 5 };
     /// let u = CircleModel::new(vec![0.5], Emission::Harmonic(wave));
-    /// let solver = Solver::new(&u).mean().cells(32).walks(5000);
+    /// let solver = Solver::new(&u).mean().cells(32).degree(0).walks(5000);
     /// let (before, after) = (solver.clone().solve()?, solver.lift(4).solve()?);
     /// assert!(after[0].std_error() < 0.1 * before[0].std_error());
     /// # Ok::<(), fredholm::SolveError>(())

@@ -148,7 +148,7 @@ impl CubeModel {
     /// // u(x) = ½ ∫ exp(−|x − y|²) u(y) dy + 1 on [0, 1]³.
     /// let factor = |axis, x: f64, y: f64| (if axis == 0 { 0.5 } else { 1.0 }) * (-(x - y).powi(2)).exp();
     /// let u = CubeModel::from_factors::<3>(factor, |_| 1.0);
-    /// let report = Solver::new(&u).method(Method::Walks).mean().cells(20).walks(10_000).solve()?;
+    /// let report = Solver::new(&u).method(Method::Walks).mean().cells(20).degree(0).walks(10_000).solve()?;
     /// assert_eq!(report.unknowns, 8000);
     /// # Ok::<(), fredholm::SolveError>(())
     /// ```
