@@ -547,13 +547,15 @@ class Problem:
             raise NotReachedError(text, result)
         return result
 
-    def predict(self, target_error: float, *, at: Optional[Places] = None, mean: bool = False, **options: Any) -> Optional[Prediction]:
-        """The settings that would be chosen for an error, and their time, without the walks.
+    def predict(
+        self, target_error: Optional[float] = None, *, at: Optional[Places] = None, mean: bool = False, **options: Any
+    ) -> Optional[Prediction]:
+        """The settings that would be chosen for an error, or for the walks that are made without one, and their time, without the walks.
 
         Parameters
         ----------
         target_error : float
-            The standard error that would be asked for.
+            The standard error that would be asked for, if one would.
         at, mean
             What would be asked for, as in :meth:`solve`.
         **options
@@ -562,7 +564,7 @@ class Problem:
         Returns
         -------
         Prediction or None
-            None if pilots choose nothing: with a ``lift``.
+            None if pilots choose nothing: with a ``lift``, or where nothing is open.
 
         Examples
         --------
@@ -570,6 +572,8 @@ class Problem:
         >>> prediction = fredholm.Cube("0.5 * exp(-(x - y)^2)", "x").predict(1e-8)
         >>> prediction.seconds < 60
         True
+        >>> fredholm.Circle(0.5, [1.0, 0.0]).predict(mean=True, walks=2000).walks
+        2000.0
         """
         targets, settings = self._split(at, mean, options)
         return Prediction.of(self._task(targets).predict({**settings, "target_error": target_error}))

@@ -229,7 +229,7 @@ class Result:
 
 @dataclass(frozen=True)
 class Prediction:
-    """The settings that would be chosen for an error, with their time; ``raw`` is everything that is known of them.
+    """The settings that would be chosen, with their time; ``raw`` is everything that is known of them.
 
     ``absorption`` is None where walks end by roulette, and ``pairs`` and ``estimator`` are None of resolvent walks, which have none.
     """

@@ -226,11 +226,7 @@ impl<'m> Search<'m> {
         let best = self.best();
         let price = best.map_or(f64::INFINITY, |best| self.least_price(&best));
         let price = price.min(self.left).min(self.rival);
-        let mut may = best.map_or(f64::INFINITY, |best| self.allowance(&best, SHARE));
-        if self.aim.walks().is_some() && self.families.iter().all(Family::is_plain_or_new) {
-            // There is nothing else to compare plain walks with.
-            may = may.max(self.may_take());
-        }
+        let may = best.map_or(f64::INFINITY, |best| self.allowance(&best, SHARE));
         let all = self.candidates(best.as_ref()).into_iter().map(|found| {
             let walks = match found.pilot_walks {
                 0 => self.sample.walks(FIRST),
@@ -333,10 +329,13 @@ impl<'m> Search<'m> {
         PILOT_SECONDS + self.remaining_setup(found) + walks * found.seconds_per_walk
     }
 
-    /// Seconds that further pilots may take, if all may take this share of a prediction, or of what given walks may take.
+    /// Seconds that further pilots may take, if all may take this share of a prediction, or of what given walks may take; the first of a neighbour
+    /// equation, without which plain walks have nothing to be compared with, all of that.
     fn allowance(&self, best: &Prediction, share: f64) -> f64 {
+        let is_first = || self.families.iter().all(Family::is_plain_or_new);
         let most = match self.aim {
-            Aim::Error(_) => share * self.least_price(best).min(LONG_SECONDS).min(self.rival),
+            Aim::Error(_) => share * self.least_price(best).min(self.rival).min(LONG_SECONDS),
+            Aim::Walks(_) if is_first() => self.may_take().min(LONG_SECONDS),
             Aim::Walks(_) => share * self.may_take().min(LONG_SECONDS),
         };
         let all = most.min(share * self.time_limit());

@@ -49,15 +49,20 @@ fn square() -> RoomModel {
     RoomModel::new(surfaces, Scalar::F64).unwrap()
 }
 
-/// Without an error the choice is for the walks that are made, and leaves less variance than what was the default.
-#[test]
-fn given_walks_have_their_choice() {
+/// Light on the circle whose solution is known, 5 + sin 5x.
+fn wave() -> CircleModel {
     let light = Harmonic {
         constant: 5.0,
         amplitude: 1.0,
         frequency: 5,
     };
-    let u = CircleModel::new(vec![0.3, 0.7], Emission::Harmonic(light));
+    CircleModel::new(vec![0.3, 0.7], Emission::Harmonic(light))
+}
+
+/// Without an error the choice is for the walks that are made, and leaves less variance than what was the default.
+#[test]
+fn given_walks_have_their_choice() {
+    let u = wave();
     let solver = Solver::new(&u).mean().at(0.3).walks(20_000);
     let report = solver.clone().solve().unwrap();
     let choice = report.choice.as_ref().unwrap();
@@ -102,12 +107,7 @@ fn sequences_keep_the_mean_and_gain() {
         move |x| u(x) - 1.0 - 0.25 * (PI * x[0]).cos(),
     )
     .with_solution(u);
-    let light = Harmonic {
-        constant: 5.0,
-        amplitude: 1.0,
-        frequency: 5,
-    };
-    let circle = CircleModel::new(vec![0.3, 0.7], Emission::Harmonic(light));
+    let circle = wave();
     let cases: [(&dyn Model, &[f64], usize, f64); 2] =
         [(&cube, &[0.3, 0.6], 3, 10.0), (&circle, &[1.0], 10, 1.5)];
     let mut worst = 0.0_f64;
@@ -178,12 +178,7 @@ macro_rules! waves {
 /// polynomial is near T_K v', where it is far from it, and for a source that jumps within cells.
 #[test]
 fn lifts_gain_and_keep_the_mean() {
-    let light = Harmonic {
-        constant: 5.0,
-        amplitude: 1.0,
-        frequency: 5,
-    };
-    let circle = CircleModel::new(vec![0.3, 0.7], Emission::Harmonic(light));
+    let circle = wave();
     let smooth = waves!(1.0).weight("moment", |x| *x);
     let rough = waves!(9.0);
     // u = 1, and 2 from 3/8 on: ∫ u = 13/8.
@@ -485,12 +480,7 @@ fn a_sweep_falls_as_theory_says() {
 /// √Var of walks with a lift within 10 % of what 2¹⁷ walks measure, which know it to some per cent.
 #[test]
 fn lifts_are_predicted() {
-    let light = Harmonic {
-        constant: 5.0,
-        amplitude: 1.0,
-        frequency: 5,
-    };
-    let circle = CircleModel::new(vec![0.3, 0.7], Emission::Harmonic(light));
+    let circle = wave();
     let smooth = waves!(1.0);
     let cases: [(&dyn Model, usize, usize); 2] = [(&circle, 50, 3), (&smooth, 4, 3)];
     let walks = if is_long() { 1 << 17 } else { 1 << 15 };

@@ -203,10 +203,7 @@ impl Search<'_> {
                 all.extend(family.found.iter().filter(is_open));
             }
         }
-        all.retain(|found| !self.refuses(&found.setting));
-        if self.aim.walks().is_some() {
-            all.retain(|found| !self.is_long(found));
-        }
+        all.retain(|found| !self.refuses(&found.setting) && !self.is_long(found));
         all
     }
 }

@@ -131,7 +131,6 @@ pub(super) struct Sequences<'m> {
 impl Sequences<'_> {
     pub(super) fn new(model: &dyn Model, settings: &Settings) -> Self {
         let must = settings.sequence == Some(Sequence::Sobol);
-        // A number of walks is no reason for as many replicates as an error is.
         let is_open = settings.sequence.is_none() && settings.walks.is_none();
         let is_asked = settings.tolerance.is_some();
         let all = core::iter::successors(Some(SHORTEST), |length| Some(2 * length));
