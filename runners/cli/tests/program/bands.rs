@@ -55,6 +55,7 @@ box = [[0.8, 0.4, 0.3], [1.2, 0.6, 0.6]]
 {}
 [galerkin]
 cells = 60
+degree = 1
 [walk]
 walks = 4096
 absorption = 0.3
@@ -86,6 +87,7 @@ points = [[0.8, 0.4], [0.8, 0.6], [1.2, 0.6], [1.2, 0.4], [0.8, 0.4]]
 {}
 [galerkin]
 cells = 60
+degree = 1
 [walk]
 walks = 4096
 absorption = 0.3

@@ -19,7 +19,7 @@ fn with_partition(floor: &[String]) -> String {
     room.push(grey("rest", "[[5, 0], [5, 4], [0, 4], [0, 0]]", "292"));
     let feet = "[[1.5, 0], [1.5, 1.2], [1.6, 1.2], [1.6, 0]]";
     room.push(grey("partition", feet, "\"19 C\""));
-    room.push("[galerkin]\ncells = 40\n[walk]\nwalks = 2000\n".to_owned());
+    room.push("[galerkin]\ncells = 40\ndegree = 1\n[walk]\nwalks = 2000\n".to_owned());
     room.push("[[target]]\nname = 'floor'\nover = 'floor'\n".to_owned());
     room.push("[[target]]\nname = 'spot'\nat = { surface = 'floor', t = 0.5 }\n".to_owned());
     room.concat()
@@ -382,7 +382,7 @@ fn points_in_the_air_have_a_radiant_temperature() {
             grey("right", "[[4, 0], [4, 3]]", right),
             grey("rest", "[[4, 3], [0, 3], [0, 0]]", "300"),
             grey("block", "[[1, 1], [1, 2], [2, 2], [2, 1], [1, 1]]", "300"),
-            format!("[galerkin]\ncells = 60\n[walk]\nwalks = 20000\n{targets}"),
+            format!("[galerkin]\ncells = 60\ndegree = 1\n[walk]\nwalks = 20000\n{targets}"),
         ]
         .concat()
     };

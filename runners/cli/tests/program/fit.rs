@@ -16,7 +16,7 @@ const ROOM: &str = "[problem]\nkind = 'room'\n\
     [[problem.surface]]\nname = 'cold'\npoints = [[2, 0], [2, 1]]\nemissivity = 0.6\ntemperature = 400\n\
     [[problem.surface]]\nname = 'brick'\npoints = [[2, 1], [0, 1], [0, 0]]\nnet_flux = 0\n\
     [[target]]\nname = 'brick'\nover = 'brick'\nmeasured = { temperature = 800, error = 2 }\n\
-    [walk]\nwalks = 20000\n";
+    [walk]\nwalks = 20000\n[galerkin]\ncells = 60\ndegree = 1\n";
 
 fn fit(folder: &Folder, problem: &str, args: &[&str]) -> Ran {
     let file = folder.file("p.toml", problem);

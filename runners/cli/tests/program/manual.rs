@@ -163,9 +163,10 @@ fn the_manual_does_what_it_says() {
         copy_examples(&folder);
         // What the last command printed; nothing where it was not run.
         let mut printed: Option<String> = None;
-        for Block { line, info, text } in blocks(&page) {
+        let blocks = blocks(&page);
+        for Block { line, info, text } in &blocks {
             let place = format!("{}:{line}", path.display());
-            match info {
+            match *info {
                 "toml" if text.contains("[dependencies]") => {
                     for dependency in text.split("path = \"../fredholm/").skip(1) {
                         let crate_folder = dependency.split('"').next().unwrap();
@@ -179,9 +180,15 @@ fn the_manual_does_what_it_says() {
                         name.ends_with(".toml").then_some(name)
                     });
                     let name = name.unwrap_or_else(|| panic!("{place}: a file without a name"));
-                    let file = folder.file(name, &text);
-                    let ran = fredholm(&["check", &file]);
-                    assert_eq!(ran.status, Some(0), "{place}: {ran:?}");
+                    let file = folder.file(name, text);
+                    // Whatever a command of the page solves is read there.
+                    let is_solved = |all: &Block<'_>| {
+                        all.info == "sh" && all.text.contains(&format!("solve {name}"))
+                    };
+                    if is_long || !blocks.iter().any(is_solved) {
+                        let ran = fredholm(&["check", &file]);
+                        assert_eq!(ran.status, Some(0), "{place}: {ran:?}");
+                    }
                     files += 1;
                 }
                 "sh" | "sh long" | "sh hours" => {
@@ -192,7 +199,7 @@ fn the_manual_does_what_it_says() {
                             assert!(is_other, "{place}: what is {line:?}?");
                             continue;
                         };
-                        if info == "sh hours" || info == "sh long" && !is_long {
+                        if *info == "sh hours" || *info == "sh long" && !is_long {
                             assert_known(line, &place);
                             continue;
                         }

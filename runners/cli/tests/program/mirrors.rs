@@ -21,7 +21,7 @@ fn apart([a, e]: [f64; 2], [b, f]: [f64; 2]) -> f64 {
 fn heat_is_kept_in_mirrors() {
     let folder = Folder::new();
     let text = format!(
-        "{HEAT}[[target]]\nname = 'air'\nat = [1, 0.5, 0.5]\n[walk]\nwalks = 20000\n[galerkin]\ncells = 24\n"
+        "{HEAT}[[target]]\nname = 'air'\nat = [1, 0.5, 0.5]\n[walk]\nwalks = 20000\n[galerkin]\ncells = 24\ndegree = 1\n"
     );
     let json = folder.solve(&text, &["--json"]).quietly(0).json();
     let fluxes = |json: &Value| -> Vec<[f64; 2]> {
@@ -62,7 +62,7 @@ fn plates_without_end_exchange_as_the_closed_form_says() {
             "[problem]\nkind = 'scene'\n\
              [[problem.surface]]\nname = 'low'\npolygon = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]\nemissivity = 0.5\nspecular = {specular}\ntemperature = 400\n\
              [[problem.surface]]\nname = 'high'\npolygon = [[0, 0, 1], [0, 1, 1], [1, 1, 1], [1, 0, 1]]\nemissivity = 0.6\nspecular = {more}\ntemperature = 300\n\
-             {sides}[[target]]\nover = 'low'\nask = 'net_flux'\n[[target]]\nname = 'a point'\nat = [0.2, 0.7, 1]\nask = 'net_flux'\n[walk]\nwalks = 20000\n[galerkin]\ncells = 24\n"
+             {sides}[[target]]\nover = 'low'\nask = 'net_flux'\n[[target]]\nname = 'a point'\nat = [0.2, 0.7, 1]\nask = 'net_flux'\n[walk]\nwalks = 20000\n[galerkin]\ncells = 24\ndegree = 1\n"
         );
         let exact = SIGMA * (400_f64.powi(4) - 300_f64.powi(4)) / (1.0 / 0.5 + 1.0 / 0.6 - 1.0);
         let found = asked(&folder, &text, &[]);
@@ -94,7 +94,7 @@ fn light_goes_both_ways_in_mirrors() {
     let names = ["ceiling", "west", "east", "north"];
     let targets = names.map(|name| format!("[[target]]\nover = '{name}'\nask = 'irradiance'\n"));
     let text = format!(
-        "{light}{}[[target]]\nover = 'floor'\n[walk]\nwalks = 40000\n[galerkin]\ncells = 24\n",
+        "{light}{}[[target]]\nover = 'floor'\n[walk]\nwalks = 40000\n[galerkin]\ncells = 24\ndegree = 1\n",
         targets.concat()
     );
     let forward = asked(&folder, &text, &[]);

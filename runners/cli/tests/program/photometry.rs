@@ -19,6 +19,7 @@ reflectance = 0.5
 emission = 5000
 [galerkin]
 cells = 60
+degree = 1
 [walk]
 walks = 1024
 [[target]]

@@ -15,7 +15,7 @@ const BLACK: &str = "[problem]\nkind = 'room'\n\
     [[problem.surface]]\nname = 'b'\npoints = [[1, 0], [1, 0.5]]\nreflectance = 0\n\
     [[problem.surface]]\nname = 'block'\nreflectance = 0\n\
     points = [[1.6, 0.6], [1.6, 0.8], [1.8, 0.8], [1.8, 0.6], [1.6, 0.6]]\n\
-    [galerkin]\ncells = 60\n\
+    [galerkin]\ncells = 60\ndegree = 1\n\
     [[target]]\nname = 'mean'\nover = 'all'\n";
 
 /// The same room as a furnace: u = 1 everywhere.

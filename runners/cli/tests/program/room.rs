@@ -134,10 +134,9 @@ fn every_example_is_a_furnace_if_it_glows() {
             "{problem}[[target]]\nname = 'one'\nover = {surface:?}\n[[target]]\nname = 'point'\n\
              at = {{ surface = {surface:?}, t = 0.37 }}\n"
         );
-        for (pairs, walks) in [("rays", "20000"), ("pointwise", "2000")] {
-            let args = [
-                "--json", "--cells", "60", "--pairs", pairs, "--walks", walks,
-            ];
+        for (pairs, walks) in [("rays", "5000"), ("pointwise", "1000")] {
+            let args = ["--json", "--cells", "60", "--degree", "1"];
+            let args = [&args[..], &["--pairs", pairs, "--walks", walks]].concat();
             let json = folder.solve(&problem, &args).quietly(0).json();
             let targets = list(&json, "targets");
             assert_eq!(targets.len(), 3);
@@ -250,6 +249,8 @@ fn every_example_runs_and_its_bits_do_not_depend_on_threads() {
                 "solve",
                 &example(name),
                 "--json",
+                "--cells",
+                "200",
                 "--walks",
                 "500",
                 "--threads",
@@ -265,7 +266,6 @@ fn every_example_runs_and_its_bits_do_not_depend_on_threads() {
                 "{name}: {target}"
             );
         }
-        fredholm(&["check", &example(name)]).quietly(0);
     }
 }
 
@@ -341,7 +341,7 @@ fn a_furnace_is_in_balance() {
             "[[0.8, 0.4], [0.8, 0.6], [1.2, 0.6], [1.2, 0.4], [0.8, 0.4]]",
             0.8,
         ),
-        "[galerkin]\ncells = 200\n[walk]\nwalks = 20000\n\
+        "[galerkin]\ncells = 200\ndegree = 1\n[walk]\nwalks = 20000\n\
          [[target]]\nname = 'black'\nover = 'black'\n[[target]]\nname = 'all'\nover = 'all'\n\
          [[target]]\nname = 'p'\nat = { surface = 'black', t = 0.3 }\n"
             .to_owned(),

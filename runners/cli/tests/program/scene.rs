@@ -27,6 +27,7 @@ polygon = [[1, 0.2, 0.7], [1, 0.8, 0.7], [1, 0.8, 0], [1, 0.2, 0]]
 walks = 2000
 [galerkin]
 cells = 60
+degree = 1
 [[target]]
 name = "corner"
 at = [0, 0, 0]

@@ -70,7 +70,7 @@ const HEAT: &str = "[problem]\nkind = 'room'\n\
     [[problem.surface]]\nname = 'ceiling'\npoints = [[4, 2.5], [0, 2.5]]\nnet_flux = 5\n\
     [[problem.surface]]\nname = 'wall'\npoints = [[0, 2.5], [0, 0]]\nemissivity = 0.7\ntemperature = 293\n\
     [[target]]\nname = 'ceiling'\nover = 'ceiling'\n[[target]]\nname = 'air'\nat = [1, 1.2]\n\
-    [walk]\nwalks = 100000\n";
+    [walk]\nwalks = 100000\n[galerkin]\ncells = 60\ndegree = 1\npairs = 'rays'\n";
 
 #[test]
 fn derivatives_of_heat_are_those_of_differences() {
@@ -110,7 +110,7 @@ fn derivatives_of_net_fluxes_are_those_of_differences() {
         [[problem.surface]]\nname = 'rest'\npolygons = [[[0, 0, 1], [0, 1, 1], [1, 1, 1], [1, 0, 1]],\
         [[0, 0, 0], [0, 0, 1], [1, 0, 1], [1, 0, 0]], [[1, 0, 0], [1, 0, 1], [1, 1, 1], [1, 1, 0]],\
         [[1, 1, 0], [1, 1, 1], [0, 1, 1], [0, 1, 0]], [[0, 1, 0], [0, 1, 1], [0, 0, 1], [0, 0, 0]]]\nemissivity = 0.5\ntemperature = 280\n\
-        [[target]]\nname = 'floor'\nover = 'floor'\nask = 'net_flux'\n[walk]\nwalks = 10000\n[galerkin]\ncells = 60\n";
+        [[target]]\nname = 'floor'\nover = 'floor'\nask = 'net_flux'\n[walk]\nwalks = 10000\n[galerkin]\ncells = 60\ndegree = 1\n";
     let moves = [
         ("floor temperature", "temperature = 310", 0.5),
         ("floor emissivity", "emissivity = 0.9", 0.01),
@@ -149,7 +149,7 @@ const VACUUM: &str = "[problem]\nkind = 'vacuum'\n\
     [[problem.surface]]\nname = 'pump'\npolygon = [[0, 0, 1], [0, 1, 1], [1, 0, 1]]\nsticking = 0.4\n\
     [[problem.surface]]\nname = 'walls'\npolygons = [[[0, 0, 0], [0, 0, 1], [1, 0, 1], [1, 0, 0]],\
     [[1, 0, 0], [1, 0, 1], [0, 1, 1], [0, 1, 0]], [[0, 1, 0], [0, 1, 1], [0, 0, 1], [0, 0, 0]]]\nsticking = 0.1\n\
-    [[target]]\nname = 'floor'\nover = 'floor'\n[walk]\nwalks = 10000\n[galerkin]\ncells = 60\n";
+    [[target]]\nname = 'floor'\nover = 'floor'\n[walk]\nwalks = 10000\n[galerkin]\ncells = 60\ndegree = 1\n";
 
 /// Quantities of a vacuum are those of its words: the pressure by a sticking factor, and by what a surface gives off in all.
 #[test]
@@ -179,7 +179,7 @@ const SUN: &str = "[problem]\nkind = 'scene'\nopen = true\nsky = { emission = 10
     [[problem.surface]]\nname = 'wall'\npolygon = [[0, 4, 0], [4, 4, 0], [4, 4, 3], [0, 4, 3]]\nreflectance = 0.6\n\
     [[problem.surface]]\nname = 'side'\npolygon = [[0, 0, 0], [0, 4, 0], [0, 4, 2], [0, 0, 2]]\nreflectance = 0.3\n\
     [[target]]\nname = 'ground'\nover = 'ground'\n[[target]]\nname = 'wall'\nat = { surface = 'wall', point = [2, 4, 1] }\n\
-    [walk]\nwalks = 40000\n[galerkin]\ncells = 60\n";
+    [walk]\nwalks = 40000\n[galerkin]\ncells = 60\ndegree = 1\n";
 
 /// A mesh of the faces has what their surfaces mean to every target, for viewers.
 #[test]
@@ -266,7 +266,7 @@ fn channels_have_their_own_derivatives() {
             "[problem]\nkind = 'room'\n{head}\
              [[problem.surface]]\nname = 'floor'\npoints = [[0, 0], [2, 0]]\nreflectance = {floor}\nemission = {light}\n\
              [[problem.surface]]\nname = 'rest'\npoints = [[2, 0], [2, 1], [0, 1], [0, 0]]\nreflectance = {rest}\nemission = {dark}\n\
-             [[target]]\nname = 'rest'\nover = 'rest'\n[walk]\nwalks = 60000\n"
+             [[target]]\nname = 'rest'\nover = 'rest'\n[walk]\nwalks = 60000\n[galerkin]\ncells = 60\ndegree = 1\npairs = 'rays'\n"
         )
     };
     let solve = |problem: &str| {
@@ -359,7 +359,7 @@ fn bands_have_derivatives() {
         [[problem.surface]]\nname = 'stove'\npoints = [[0, 0], [2, 0]]\nemissivity = [1, 0.7, 0.4]\ntemperature = 600\n\
         [[problem.surface]]\nname = 'rest'\npoints = [[2, 0], [2, 1], [0, 1], [0, 0]]\nemissivity = 0.6\ntemperature = 290\n\
         [[target]]\nname = 'rest'\nover = 'rest'\n[[target]]\nname = 'spot'\nat = { surface = 'stove', t = 0.3 }\n\
-        [walk]\nwalks = 60000\n";
+        [walk]\nwalks = 60000\n[galerkin]\ncells = 60\ndegree = 1\npairs = 'rays'\n";
     let json = folder
         .solve(problem, &["--json", "--sensitivities"])
         .quietly(0)

@@ -109,9 +109,10 @@ fn kinds() -> [Kind; 7] {
 /// Whether a solver does what is asked.
 type Does = fn(&dyn Model) -> bool;
 
-/// A model whose cells are few, with the mean as a goal.
+/// A model whose cells are few, of degree 0, with the mean as a goal.
 fn few(model: &dyn Model) -> Solver<'_> {
-    Solver::new(model).mean().cells(cells(model)).walks(2000)
+    let solver = Solver::new(model).mean();
+    solver.cells(cells(model)).degree(0).walks(2000)
 }
 
 /// Few cells, but not the fewest.
