@@ -42,7 +42,11 @@ fn answer(begun: &Begun<'_>, signals: &Signals) -> Result<Option<GlobalReport>, 
     let problem = &begun.problem;
     let fail = Failure::of(&problem.file);
     let Resolved { settings, .. } = &problem.resolved;
-    let progress = Progress::new(settings.walk_options().walks, signals);
+    let most = match settings.tolerance {
+        Some(_) => settings.walks.unwrap_or(u64::MAX),
+        None => settings.walk_options().walks,
+    };
+    let progress = Progress::new(most, signals);
     progress.say("setting up".to_owned());
     let solver = begun.solver(problem.resolved.targets.clone());
     let whole = solver.observer(&progress).whole();

@@ -7,8 +7,9 @@ mod view;
 
 use std::path::Path;
 
+use fredholm::choice::choose;
 use fredholm::scene::Beside;
-use fredholm::{Error, WalkOptions};
+use fredholm::{Error, Settings, WalkOptions};
 use fredholm_file::Resolution;
 use fredholm_file::parts::output::Output;
 use fredholm_plot::Figure;
@@ -80,8 +81,11 @@ pub(crate) fn render(args: &RenderArgs, signals: &Signals) -> Result<Ended, Fail
     }
     let file = solve::read(&args.file, |_| ())?;
     file.refuse_adjoint()?;
-    let problem = Problem::new(file, None)?;
+    let mut problem = Problem::new(file, None)?;
     refuse(args, &problem.resolved.model)?;
+    if args.global {
+        choose_cells(args, &mut problem, signals)?;
+    }
     let settings = &problem.resolved.settings;
     let cells = solve::cut(&problem.file, problem.model(), settings, &problem.goals)?;
     let walk = settings.walk_options();
@@ -124,6 +128,32 @@ pub(crate) fn render(args: &RenderArgs, signals: &Signals) -> Result<Ended, Fail
     }
     print(content.text)?;
     Ok(Ended::Done)
+}
+
+/// Chooses the cells and the degree of a global estimate that the file leaves open, as `solve --global` does.
+fn choose_cells(
+    args: &RenderArgs,
+    problem: &mut Problem,
+    signals: &Signals,
+) -> Result<(), Failure> {
+    let own = &problem.resolved.settings;
+    let settings = Settings {
+        global: Some(true),
+        walks: Some(args.walks.unwrap_or(WHOLE_WALKS)),
+        tolerance: None,
+        ..own.clone()
+    };
+    let progress = Progress::new(u64::MAX, signals);
+    let chosen = choose(problem.model(), &[], &settings, &progress);
+    let chosen = chosen.map(|chosen| chosen.map(|chosen| chosen.settings));
+    if let Some(chosen) = chosen.map_err(Failure::of(&problem.file))? {
+        problem.resolved.settings = Settings {
+            cells: chosen.cells,
+            degree: chosen.degree,
+            ..own.clone()
+        };
+    }
+    Ok(())
 }
 
 /// Refuses options of the other kind, and models of which there are no pictures.

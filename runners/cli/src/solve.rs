@@ -501,7 +501,8 @@ pub(crate) fn check(path: &Path, out: Option<&Path>, signals: &Signals) -> Resul
     let (walks, states, seconds, most) = match &chosen {
         Some(chosen) => {
             let report = &chosen.report;
-            let limit = walk.walks as f64 * starts as f64;
+            let sets = if chosen.is_whole() { 1 } else { starts };
+            let limit = walk.walks as f64 * sets as f64;
             let share = (limit / report.predicted_walks).min(1.0);
             let states = share * report.predicted_states;
             let seconds = report.predicted_setup_seconds + share * report.predicted_walk_seconds;
@@ -544,6 +545,7 @@ pub(crate) fn check(path: &Path, out: Option<&Path>, signals: &Signals) -> Resul
     if chosen.is_some() {
         let what = match walk.tolerance {
             Some(_) => "the target error".to_owned(),
+            None if settings.global == Some(true) => format!("{} walks", walk.walks),
             None => format!("{} walks of each target", walk.walks),
         };
         text += &format!("chosen for {what}, as the file does not say:\n");

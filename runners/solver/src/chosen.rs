@@ -138,15 +138,23 @@ impl ChoiceReport {
             };
             format!("plain walks, {last}{walks}: a neighbour equation does not pay {what}")
         } else {
-            let plain = self.predicted_plain_seconds.map(short);
+            let plain = match (
+                self.predicted_plain_seconds,
+                self.predicted_separate_seconds,
+            ) {
+                (None, None) if self.method == WHOLE => String::new(),
+                (plain, _) => {
+                    let plain = plain.map_or("?".to_owned(), short);
+                    format!("; plain walks alone: about {plain} s")
+                }
+            };
             let pairs = match settings.lifted() {
                 Some(lift) => format!(" lifted to {lift}"),
                 None => format!(", {} pairs", walk.pairs.word()),
             };
             format!(
-                "cells {cells}, degree {}{pairs}, {last}{walks}; plain walks alone: about {} s",
-                settings.discretisation().degree,
-                plain.as_deref().unwrap_or("?")
+                "cells {cells}, degree {}{pairs}, {last}{walks}{plain}",
+                settings.discretisation().degree
             )
         };
         format!(

@@ -314,13 +314,13 @@ impl<'m> Solver<'m> {
                 return self.of_model(&*back).solve_targets();
             }
             if self.settings.global == Some(true) {
-                let function = self.whole()?;
+                let (function, chosen) = self.chosen_whole()?;
                 let whole = function.report(&goals)?;
                 return self.reported(Report::of_whole(
                     (&function, whole),
                     &goals,
                     &self.settings,
-                    (None, &self.means),
+                    (chosen.as_ref(), &self.means),
                 )?);
             }
             let refused = match self.by_resolvent(&goals, false)? {

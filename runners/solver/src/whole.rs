@@ -15,12 +15,13 @@ use fredholm_model::{
 };
 use serde::Serialize;
 
+use crate::chosen::ChoiceReport;
 use crate::point::Point;
 use crate::{Error, Goal, Model, Region, Settings};
 pub use coefficients::GlobalCoefficients;
-pub(crate) use looks::Looks;
+pub(crate) use looks::{Look, Looks};
 pub use summary::GlobalSummary;
-pub(crate) use walks::{Ready, Until, Whole, best_absorption};
+pub(crate) use walks::{Bound, Ready, Until, Whole, best_absorption};
 
 /// The probability with which a band holds at all points together.
 const BAND_LEVEL: f64 = GlobalEstimate::BAND_LEVEL;
@@ -133,6 +134,10 @@ impl GlobalEstimate<'_> {
     #[must_use]
     pub const fn summary(&self) -> &GlobalSummary {
         &self.summary
+    }
+
+    pub(crate) fn set_choice(&mut self, choice: Option<ChoiceReport>) {
+        self.summary.choice = choice.map(Box::new);
     }
 
     pub(crate) fn model(&self) -> &dyn Model {

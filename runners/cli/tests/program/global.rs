@@ -18,7 +18,10 @@ fn all_targets_come_from_one_set_of_walks() {
     let folder = Folder::new();
     for (file, targets) in [(CIRCLE, 6), (CUBE, 11)] {
         let report = folder
-            .solve(file, &["--global", "--method", "walks", "--json"])
+            .solve(
+                file,
+                &["--global", "--method", "walks", "--degree", "0", "--json"],
+            )
             .quietly(0)
             .json();
         let all = list(&report, "targets");
@@ -46,6 +49,32 @@ fn all_targets_come_from_one_set_of_walks() {
                 );
             }
         }
+    }
+}
+
+/// Cells and a degree that are open are chosen, and `check` tells them beforehand.
+#[test]
+fn what_is_open_is_chosen_and_told_beforehand() {
+    let folder = Folder::new();
+    let open = "[problem]\nkind = 'circle'\nreflectance = [0.3, 0.7]\n\
+        emission = { constant = 5.0, amplitude = 1.0, frequency = 5 }\n\
+        [walk]\nglobal = true\nwalks = 20000\n[[target]]\nname = 'point'\nat = 0.3\n";
+    let json = folder.solve(open, &["--json"]).quietly(0).json();
+    let (degree, unknowns) = (number(&json, "degree"), number(&json, "unknowns"));
+    assert!(degree > 0.0);
+    let choice = &json["split"];
+    assert_eq!(number(choice, "walks"), 20000.0);
+    let pilots = number(choice, "pilots");
+    assert!(pilots > 5.0, "{json}");
+    let error = number(&list(&json, "targets")[0], "std_error");
+    assert!(error < 1e-9, "{error}");
+    let told = fredholm(&["check", &folder.at("problem.toml")]).quietly(0);
+    for words in [
+        "chosen for 20000 walks".to_owned(),
+        format!("degree     {degree}\n"),
+        format!("unknowns   {unknowns}\n"),
+    ] {
+        assert!(told.stdout.contains(&words), "{words}: {}", told.stdout);
     }
 }
 
@@ -147,7 +176,7 @@ fn the_coefficients_are_the_function() {
     };
     // Six cells of [-1, 2].
     let file = "[problem]\nkind = 'cube'\ndimension = 1\ndomain = [-1, 2]\nkernel = '0.2 * exp(-(x - y)^2 / 4)'\n\
-        source = '1 + x'\n[galerkin]\ncells = 6\n[walk]\nwalks = 2000\n[[target]]\nname = 'u'\ngrid = 7\n";
+        source = '1 + x'\n[galerkin]\ncells = 6\ndegree = 0\n[walk]\nwalks = 2000\n[[target]]\nname = 'u'\ngrid = 7\n";
     let (document, w) = solved(file);
     assert_eq!(w.len(), 6 * 3);
     is_that(&document, &|x| {
@@ -163,7 +192,7 @@ fn the_coefficients_are_the_function() {
     });
     // Three by three cells of the square; nothing is the same along both axes.
     let file = "[problem]\nkind = 'cube'\ndimension = 2\nkernel = '0.4 * exp(x1 * y1 - 2 * y2)'\nsource = '1 + x2'\n\
-        [galerkin]\ncells = 3\n[walk]\nwalks = 2000\n[[target]]\nname = 'u'\ngrid = [2, 3]\n";
+        [galerkin]\ncells = 3\ndegree = 0\n[walk]\nwalks = 2000\n[[target]]\nname = 'u'\ngrid = [2, 3]\n";
     let (document, w) = solved(file);
     assert_eq!(w.len(), 9 * 6);
     let degrees = [[0, 0], [0, 1], [0, 2], [1, 0], [1, 1], [2, 0]];

@@ -15,16 +15,16 @@ use super::setting::cells_to_choose;
 use crate::answer::SolveObserver;
 use crate::chosen::{ChoiceReport, WHOLE};
 use crate::execute::CellCount;
-use crate::whole::{GlobalEstimate, Looks, Ready, Until, Whole};
+use crate::whole::{Bound, GlobalEstimate, Look, Looks, Ready, Until, Whole};
 use crate::{Error, Goal, Model, Pairs, Partitioned, Sequence, Settings, SolveError, WalkOptions};
 use fredholm_core::StopReason;
 
 /// The part of the time of separate walks that pilots may take: with a run that is given up at once they stay below a tenth.
 const SHARE: f64 = 0.05;
 /// The part of the best global estimate's time that a pilot on finer cells may take, once that is ahead of separate walks.
-const FINER: f64 = 0.25;
+pub(super) const FINER: f64 = 0.25;
 /// Walks of a pilot: 16 of each replicate.
-const PILOT: u64 = 1024;
+pub(super) const PILOT: u64 = 1024;
 /// Walks of a pilot that draws from a sequence, which gains with its length: 64 of each replicate. States without absorption, after which
 /// on cubes hardly anything is left.
 const LONG_PILOT: u64 = 4096;
@@ -50,21 +50,35 @@ const ROWS: f64 = 66.0;
 /// The most unknowns of a set-up that nobody asked for.
 const UNKNOWNS: usize = 1 << 15;
 
-/// A global estimate that is predicted to take less than walks of all targets.
+/// A global estimate of some cells and a degree, of which a pilot tells what it takes.
 pub(super) struct Joint<'m> {
-    settings: Settings,
-    ready: Ready<'m>,
+    pub(super) settings: Settings,
+    pub(super) ready: Ready<'m>,
     looks: Looks,
-    cells: CellCount,
+    pub(super) cells: CellCount,
     /// `None`: it is lifted, and there are no pairs to choose.
     pairs: Option<Pairs>,
     /// Seconds of the set-up, of a walk, and of what follows walks.
-    setup: f64,
+    pub(super) setup: f64,
     each: f64,
     values: f64,
     /// The number of walks, and of states.
-    walks: f64,
+    pub(super) walks: f64,
+    pub(super) states: f64,
+    /// The largest error bar after these walks, and the largest part of the highest degree of scores.
+    pub(super) error: f64,
+    pub(super) highest: f64,
+    /// Whether scores leave a bias that error bars do not see.
+    pub(super) is_biased: bool,
+}
+
+/// What a pilot tells.
+struct Told {
+    /// States of a walk.
     states: f64,
+    /// The number of walks until the error is reached, or the one that is given.
+    walks: f64,
+    look: Look,
 }
 
 /// What was looked at, and what that took.
@@ -82,8 +96,18 @@ pub(super) struct Looked<'m> {
 }
 
 impl<'m> Joint<'m> {
+    /// The settings, with how its walks end.
+    pub(super) fn told(&self) -> Settings {
+        let absorption = self.ready.walk.absorption;
+        Settings {
+            absorption: absorption.probability(),
+            estimator: Some(absorption.estimator()),
+            ..self.settings.clone()
+        }
+    }
+
     /// Seconds from now on.
-    fn seconds(&self) -> f64 {
+    pub(super) fn seconds(&self) -> f64 {
         self.walks * self.each + self.values
     }
 
@@ -144,7 +168,7 @@ impl<'m> Looked<'m> {
             predicted_separate_seconds: Some(separate),
             ..chosen.report
         };
-        chosen.settings = joint.settings.clone();
+        chosen.settings = joint.told();
         chosen.settings.pairs = joint.pairs;
         chosen.plain = false;
         chosen.cells = joint.cells.clone();
@@ -170,8 +194,8 @@ impl<'m> Looked<'m> {
 pub(super) struct Question<'a, 'm> {
     pub(super) model: &'m dyn Model,
     pub(super) goals: &'a [Goal],
-    pub(super) settings: &'m Settings,
-    pub(super) watch: &'m dyn SolveObserver,
+    pub(super) settings: &'a Settings,
+    pub(super) watch: &'a dyn SolveObserver,
     /// The number of states of a walk, about.
     pub(super) states: f64,
 }
@@ -228,9 +252,11 @@ impl<'m> Question<'_, 'm> {
             match self.pilot(
                 &*level,
                 (settings, None),
-                (tolerance, may),
+                (Bound::Error(tolerance), may),
                 &mut looked.lost,
             ) {
+                // Walks have less noise than a pilot, and see a bias that it does not see.
+                Ok(Some(joint)) if joint.is_biased => {}
                 Ok(Some(mut joint)) => {
                     looked.pilots += 1;
                     looked.walks += PILOT;
@@ -304,13 +330,14 @@ impl<'m> Question<'_, 'm> {
             match self.pilot(
                 &*level,
                 (settings, Some(&cost)),
-                (tolerance, may),
+                (Bound::Error(tolerance), may),
                 &mut looked.lost,
             ) {
                 Ok(found) => {
                     looked.pilots += 1;
                     looked.walks += LIFTED_PILOT;
-                    let pays = |joint: &Joint<'_>| PAYS * joint.seconds() < least;
+                    let pays =
+                        |joint: &Joint<'_>| !joint.is_biased && PAYS * joint.seconds() < least;
                     if let Some(joint) = found.filter(pays) {
                         looked.joint = Some(joint);
                     }
@@ -322,7 +349,7 @@ impl<'m> Question<'_, 'm> {
         Ok(())
     }
 
-    fn pairs(&self) -> Pairs {
+    pub(super) fn pairs(&self) -> Pairs {
         let given = self.settings.pairs;
         given.unwrap_or_else(|| self.model.about().whole_pairs)
     }
@@ -334,7 +361,7 @@ impl<'m> Question<'_, 'm> {
     }
 
     /// The cells of these settings, unless they are refused or too many.
-    fn level(&self, settings: &Settings) -> Option<Box<dyn Partitioned<'m> + 'm>> {
+    pub(super) fn level(&self, settings: &Settings) -> Option<Box<dyn Partitioned<'m> + 'm>> {
         let level = self.model.partition(&settings.discretisation()).ok()?;
         (level.unknowns() <= UNKNOWNS).then_some(level)
     }
@@ -353,12 +380,17 @@ impl<'m> Question<'_, 'm> {
     }
 
     /// Seconds of a pilot but for its set-up.
-    fn pilot_seconds(&self, level: &dyn Partitioned<'_>, settings: &Settings) -> f64 {
+    pub(super) fn pilot_seconds(&self, level: &dyn Partitioned<'_>, settings: &Settings) -> f64 {
         let each = self.walk_seconds(level, settings, self.states);
         PILOT as f64 * each
     }
 
-    fn walk_seconds(&self, level: &dyn Partitioned<'_>, settings: &Settings, states: f64) -> f64 {
+    pub(super) fn walk_seconds(
+        &self,
+        level: &dyn Partitioned<'_>,
+        settings: &Settings,
+        states: f64,
+    ) -> f64 {
         let pointwise = level.pointwise_pairs(self.pairs()).unwrap_or_default();
         let cost = level.cost(self.pairs()).walk;
         let estimator = settings.absorption().estimator();
@@ -368,18 +400,18 @@ impl<'m> Question<'_, 'm> {
             + cost.seconds(estimator, states, pointwise)
     }
 
-    /// What a few walks on these cells tell, of a lift with its cost. `None`: a bias that error bars do not see, or no walk scored.
-    fn pilot(
+    /// What a few walks on these cells tell, of a lift with its cost. `None`: no walk scored.
+    pub(super) fn pilot(
         &self,
         level: &dyn Partitioned<'m>,
         (settings, lift): (Settings, Option<&Cost>),
-        (tolerance, may): (Tolerance, f64),
+        (bound, may): (Bound, f64),
         lost: &mut f64,
     ) -> Result<Option<Joint<'m>>, Error> {
         let watch = Quiet(self.watch);
         let whole = Whole::new(self.model, &settings, &watch);
         let ready = whole.ready()?;
-        let looks = Looks::of_goals(self.goals);
+        let looks = self.looks();
         let [points, means] = looks.counts(self.model).map(|count| count as f64);
         let point = ready.system.point_seconds(ready.degree);
         let functions = ready.system.cells() * ready.system.degrees(ready.degree).len();
@@ -397,8 +429,13 @@ impl<'m> Question<'_, 'm> {
             sequence: Sequence::Random,
             ..ready.walk
         };
-        let (found, looks) = self.walked(&whole, &ready, &random, (looks, tolerance))?;
-        let Some([states, needed]) = found else {
+        let (found, looks) = self.walked(&whole, &ready, &random, (looks, bound))?;
+        let Some(Told {
+            states,
+            walks,
+            look,
+        }) = found
+        else {
             return Ok(None);
         };
         let (pairs, setup, each) = match lift {
@@ -416,8 +453,11 @@ impl<'m> Question<'_, 'm> {
             each,
             // Error bars are looked at two or three times, and values taken once.
             values: 3.0 * values + BAND_SECONDS,
-            walks: needed,
-            states: needed * states,
+            walks,
+            states: walks * states,
+            error: look.bound,
+            highest: look.highest,
+            is_biased: look.is_nearly_biased,
             settings,
             ready,
             looks,
@@ -463,39 +503,46 @@ impl<'m> Question<'_, 'm> {
             ..walk
         };
         *lost += pilot;
-        let looks = Looks::of_goals(self.goals);
-        let (found, _) = self.walked(&whole, &joint.ready, &pilot_walk, (looks, tolerance))?;
-        let Some([states, needed]) = found else {
+        let of = (self.looks(), Bound::Error(tolerance));
+        let (found, _) = self.walked(&whole, &joint.ready, &pilot_walk, of)?;
+        let Some(Told { states, walks, .. }) = found.filter(|told| !told.look.is_nearly_biased)
+        else {
             return Ok(());
         };
-        let pays = needed * each < joint.walks * joint.each;
+        let pays = walks * each < joint.walks * joint.each;
         if pays || wanted.is_some() {
             joint.settings = settings;
             joint.ready.walk = walk;
             joint.each = each;
-            joint.walks = needed;
-            joint.states = needed * states;
+            joint.walks = walks;
+            joint.states = walks * states;
         }
         Ok(())
     }
 
-    /// States of a walk, and the number of walks until the tolerance is reached, by these ones. `None`: a bias that error bars
-    /// do not see, or no walk scored.
+    /// What error bars are looked at: those of the goals, or else of points all over the space.
+    fn looks(&self) -> Looks {
+        match self.goals {
+            [] => Looks::of_points(self.model),
+            goals => Looks::of_goals(goals),
+        }
+    }
+
+    /// What these walks tell. `None`: none scored.
     fn walked(
         &self,
         whole: &Whole<'_, 'm>,
         ready: &Ready<'m>,
         walk: &WalkOptions,
-        (looks, tolerance): (Looks, Tolerance),
-    ) -> Result<(Option<[f64; 2]>, Looks), Error> {
+        (looks, bound): (Looks, Bound),
+    ) -> Result<(Option<Told>, Looks), Error> {
         let (walked, looks) = whole.pilot(ready, walk, looks)?;
         if self.watch.cancelled() {
             return Err(Error::Cancelled);
         }
         let counts = walked.counts();
-        let look = ready.look(walked, &looks, (self.model, tolerance))?;
-        // Walks have less noise than a pilot, and see a bias that it does not see.
-        if look.is_nearly_biased || counts.scored == 0 {
+        let look = ready.look(walked, &looks, (self.model, bound))?;
+        if counts.scored == 0 {
             return Ok((None, looks));
         }
         let walks = counts.walks as f64;
@@ -505,8 +552,15 @@ impl<'m> Question<'_, 'm> {
             Sequence::Random => times,
             Sequence::Sobol => Real::exp(Real::ln(times) / TRUSTED_RATE),
         };
-        let needed = (walks * times).max(walk.batch as f64);
-        Ok((Some([states, needed]), looks))
+        let told = Told {
+            states,
+            walks: match bound {
+                Bound::Error(_) => (walks * times).max(walk.batch as f64),
+                Bound::Walks(given) => given as f64,
+            },
+            look,
+        };
+        Ok((Some(told), looks))
     }
 }
 

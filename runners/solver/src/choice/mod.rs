@@ -23,13 +23,14 @@
 //! - `aim`: the errors by which settings are compared. `setting`: what may be chosen. `pilot`: few walks of one setting. `systems`: what they solved.
 //! - `family`: what pilots on few cells predict of more.
 //! - `search`: which pilot comes next, and the best prediction.
-//! - `joint`: one set of walks for all targets, where that takes less.
+//! - `joint`: one set of walks for all targets, where that takes less. `global`: the cells and the degree of such walks, where they are asked for.
 //! - `course`: whether the answer's walks go as predicted.
 //! - `ways`: walks from the targets, or the way back from the sources.
 
 mod aim;
 mod course;
 mod family;
+mod global;
 mod joint;
 mod pilot;
 mod search;
@@ -61,6 +62,7 @@ const ENDLESS: u64 = u64::MAX >> 1;
 /// Seconds that are not begun without a word: a person waits no longer.
 pub const LONG_SECONDS: f64 = 10.0;
 pub use fredholm_model::MOST_SECONDS;
+pub(crate) use global::choose_global;
 pub(crate) use ways::solve_by_faster;
 
 /// What walks found.
@@ -107,6 +109,10 @@ pub fn choose<'m>(
     settings: &'m Settings,
     watch: &'m dyn SolveObserver,
 ) -> Result<Option<Chosen<'m>>, Error> {
+    if settings.global == Some(true) {
+        let found = choose_global(model, settings, watch)?;
+        return Ok(found.map(|(chosen, _)| chosen));
+    }
     let own = settings.walk_options().walks;
     let Some(mut search) = begin(model, targets, settings, (own, watch))? else {
         return Ok(None);

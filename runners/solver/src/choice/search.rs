@@ -29,6 +29,7 @@ use fredholm_model::{About, Target};
 use lift::Lifts;
 pub(super) use lift::{LIFTED_PILOT, Lifted};
 use other_way::OtherWay;
+pub(super) use prices::{MOMENT, TIMES};
 pub(super) use sequence::OF_SEQUENCE;
 use sequence::Sequences;
 

@@ -3,6 +3,7 @@
 use super::{SolveError, Solver};
 use fredholm_model::WholeValues;
 
+use crate::choice::{Chosen, choose_global};
 use crate::point::Point;
 use crate::whole::{GlobalEstimate, GlobalValue, Looks, Until, Whole};
 use crate::{Error, Goal, Region};
@@ -36,8 +37,10 @@ impl<'m> Solver<'m> {
     }
 
     /// The global estimate of u with its error band, from one set of walks, for circles, spheres, cubes, rooms and
-    /// scenes, of which it has means over cells and surfaces. What is asked for otherwise plays no part. What is open has its default: nothing is chosen. The number of walks is that of all, rounded up to
-    /// equally many of each of 64 replicates; a tolerance is for every point.
+    /// scenes, of which it has means over cells and surfaces. What is asked for otherwise plays no part. Cells and a degree that are open are chosen
+    /// by pilots: for a tolerance, or for the walks that are made without one. The number of walks is that of all, rounded up to equally many of
+    /// each of 64 replicates. A tolerance is for every point; if no number of walks is given, they go on until it is reached, unless that is
+    /// predicted to take more than an hour.
     ///
     /// If walks end before a tolerance is reached, at a time limit or because somebody cancels, the function is that of the
     /// walks so far, and its summary says so.
@@ -60,22 +63,41 @@ impl<'m> Solver<'m> {
     /// # Errors
     /// [`SolveError`].
     pub fn whole(&self) -> Result<GlobalEstimate<'m>, SolveError> {
+        self.chosen_whole().map(|(estimate, _)| estimate)
+    }
+
+    /// The global estimate, and what was chosen for it, if something was.
+    pub(super) fn chosen_whole(
+        &self,
+    ) -> Result<(GlobalEstimate<'m>, Option<Chosen<'m>>), SolveError> {
         if let Some(global) = self.by_global() {
-            return global.whole();
+            return global.chosen_whole();
         }
-        let run = || -> Result<GlobalEstimate<'m>, SolveError> {
+        let run = || {
             self.check()?;
             self.check_direction()?;
             self.check_whole()?;
             if let Some(estimate) = self.whole_by_resolvent()? {
-                return Ok(estimate);
+                return Ok((estimate, None));
             }
-            let whole = self.global();
-            let ready = whole.ready()?;
-            let walks = self.settings.walk_options().walks;
+            let mut whole = self.global();
+            // A system that is kept is that of the settings as they are.
+            let found = match self.systems.0 {
+                Some(_) => None,
+                None => choose_global(self.model, &self.settings, self.watch)?,
+            };
+            let (chosen, ready) = found.unzip();
+            if let Some(chosen) = &chosen {
+                self.watch.chosen(&chosen.settings, &chosen.report);
+                whole.settings = &chosen.settings;
+            }
+            let ready = ready.map_or_else(|| whole.ready(), Ok)?;
+            let walks = whole.settings.walk_options().walks;
             let until = Until::end(Looks::of_points(self.model), walks);
             let walked = whole.walk(&ready, &until)?;
-            whole.finished(ready, walked)
+            let mut estimate = whole.finished(ready, walked)?;
+            estimate.set_choice(chosen.as_ref().map(|chosen| chosen.report.clone()));
+            Ok((estimate, chosen))
         };
         self.explained(run())
     }

@@ -27,6 +27,8 @@ pub(crate) struct Look {
     pub(crate) error: f64,
     /// The largest tolerance.
     pub(crate) bound: f64,
+    /// The largest part of the highest degree, in the unit of u: many times what scores lose.
+    pub(crate) highest: f64,
     /// Whether there is a bias beside them.
     pub(crate) is_biased: bool,
     /// Whether one of half that size would be.
@@ -106,6 +108,7 @@ impl Look {
         let error = correction.std_error;
         let bound = tolerance.error_at(iterate + correction.mean);
         self.bound = self.bound.max(bound);
+        self.highest = self.highest.max(highest);
         // Where all replicates say the same there is nothing to divide, whatever the bound.
         if error != 0.0 {
             self.error = self.error.max(error / bound);

@@ -10,6 +10,7 @@ use fredholm_model::resolvent::{FoundField, ResolventAnswer};
 use fredholm_model::{GLOBAL_REPLICATES, IMAGE_HEAD};
 
 use super::GlobalEstimate;
+use crate::chosen::ChoiceReport;
 use crate::report::{ChainReport, ResolventReport};
 use crate::{Choices, Model, Settings};
 
@@ -54,6 +55,9 @@ pub struct GlobalSummary {
     pub generator: &'static str,
     /// The seed of the walks.
     pub seed: u64,
+    /// How the cells and the degree were chosen, if they were open.
+    #[serde(rename = "split", skip_serializing_if = "Option::is_none")]
+    pub choice: Option<Box<ChoiceReport>>,
     /// Why the walks ended: in JSON "done", "error_not_reached", "time_limit" or "cancelled".
     #[serde(serialize_with = "crate::report::word_of")]
     pub stop: StopReason,
@@ -128,6 +132,7 @@ impl GlobalSummary {
             problem: about.kind,
             dimension: about.dimension,
             resolvent: None,
+            choice: None,
             is_of_targets: false,
             cells: 0,
             unknowns: 0,

@@ -19,7 +19,7 @@ use crate::answer::SolveObserver;
 use crate::report::ChainReport;
 use crate::systems::Systems;
 use crate::{
-    Error, Model, Partitioned, Region, Sequence, Settings, SolveError, Subject, WalkOptions,
+    Error, Model, Partitioned, Region, Scalar, Sequence, Settings, SolveError, Subject, WalkOptions,
 };
 use fredholm_core::StopReason;
 
@@ -80,6 +80,15 @@ impl Until {
             price: f64::INFINITY,
         }
     }
+}
+
+/// What error bars of a pilot are compared with.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Bound {
+    /// The error that is asked for.
+    Error(Tolerance),
+    /// What they are after this number of walks.
+    Walks(u64),
 }
 
 /// The walks so far.
@@ -391,8 +400,7 @@ impl<'a, 'm> Whole<'a, 'm> {
         let after = Instant::now();
         let counts = walked.counts();
         let field = ready.field(walked.coefficients)?;
-        let [largest, radius_bound] = ready.system.sizes();
-        let rounding_floor = in_scalar!(self.settings.scalar, F => rounding_floor::<F>(largest, largest, radius_bound));
+        let rounding_floor = ready.rounding_floor(self.settings.scalar);
         let mut whole = GlobalEstimate {
             model: self.model,
             field,
@@ -484,14 +492,28 @@ impl<'m> Ready<'m> {
         self.system.field(&request, rows)
     }
 
+    /// The error that rounding leaves in a walk's scores.
+    pub(crate) fn rounding_floor(&self, scalar: Scalar) -> f64 {
+        let [largest, radius_bound] = self.system.sizes();
+        in_scalar!(scalar, F => rounding_floor::<F>(largest, largest, radius_bound))
+    }
+
     /// What walks say of some quantities, and whether quadrature of T_K leaves a bias that error bars do not see.
     pub(crate) fn look(
         &self,
         walked: Walked,
         looks: &Looks,
-        (model, tolerance): (&dyn Model, Tolerance),
+        (model, bound): (&dyn Model, Bound),
     ) -> Result<Look, Error> {
+        let walks = walked.counts().walks as f64;
         let mut field = self.field(walked.coefficients)?;
+        let tolerance = match bound {
+            Bound::Error(tolerance) => tolerance,
+            Bound::Walks(given) => {
+                let now = looks.look(&*field, Tolerance::Absolute(1.0))?.error;
+                Tolerance::Absolute(now * Real::sqrt(walks / given as f64))
+            }
+        };
         let mut look = looks.look(&*field, tolerance)?;
         let some = looks.some_points(model, QUADRATURE_PROBES);
         if !some.is_empty() {

@@ -249,7 +249,7 @@ fn what_cannot_be_compared_is_refused() {
         ..Settings::default()
     };
     let solver = Solver::with(&u, settings, Vec::new()).at(0.5);
-    let solver = solver.method(Method::Walks).cells(1).walks(100);
+    let solver = solver.method(Method::Walks).cells(1).degree(0).walks(100);
     let certificate = solver.certify_values(&[7.0], 0.0).unwrap();
     assert_eq!(certificate.verdict, Verdict::Wrong);
     assert_eq!(certificate.report.stop, StopReason::ToleranceNotReached);

@@ -91,7 +91,11 @@ impl Furnace {
     }
 
     fn solver<'m>(&self, model: &'m dyn Model, seed: u64) -> Solver<'m> {
-        let solver = Solver::new(model).seed(seed).cells(60).degree(1).walks(4000);
+        let solver = Solver::new(model)
+            .seed(seed)
+            .cells(60)
+            .degree(1)
+            .walks(4000);
         REFRACTORY
             .iter()
             .fold(solver, |solver, name| solver.over(name))

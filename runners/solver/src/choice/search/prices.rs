@@ -7,9 +7,9 @@ use super::super::setting::Setting;
 use super::Search;
 
 /// How many times as long as plain walks others and their set-up may take, if no error is asked for.
-const TIMES: f64 = 6.0;
+pub(in super::super) const TIMES: f64 = 6.0;
 /// Seconds that interrupt nobody's thoughts.
-const MOMENT: f64 = 1.0;
+pub(in super::super) const MOMENT: f64 = 1.0;
 
 impl Search<'_> {
     /// The best prediction so far. One without a pilot is believed as long as all pilots took no longer than it tells: if

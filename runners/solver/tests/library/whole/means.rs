@@ -73,7 +73,8 @@ fn means_over_cells_are_those_of_the_solution() {
             walls,
         );
     let room = RoomModel::new(square, Scalar::F64).unwrap();
-    let lit = Solver::new(&room).cells(40).walks(5_000).whole().unwrap();
+    let lit = Solver::new(&room).cells(40).degree(0).walks(5_000);
+    let lit = lit.whole().unwrap();
     let ends = [0.0, 0.1, 1.0 / 3.0, 0.6, 2.0 / 3.0, 1.0];
     let cells = ends
         .windows(2)

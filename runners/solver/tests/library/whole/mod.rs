@@ -1,6 +1,7 @@
 //! The global estimate: what it says against known and fine solutions, and its bands against what they promise. `FREDHOLM_LONG`
 //! takes 1,000 seeds of every problem, and 10⁸ states for unbiasedness.
 
+mod chosen;
 mod means;
 mod rooms;
 mod scenes;
@@ -335,7 +336,7 @@ fn a_tolerance_holds_at_every_point() {
 #[test]
 fn what_walks_need_not_score_lowers_error_bars() {
     let model = circle();
-    let solver = Solver::new(&model).cells(400).absorption(0.2);
+    let solver = Solver::new(&model).cells(400).degree(0).absorption(0.2);
     for estimator in [Estimator::Absorption, Estimator::Collision] {
         let scaled = |walks: u64| {
             let whole = solver.clone().estimator(estimator).walks(walks).whole();
@@ -445,7 +446,8 @@ fn cancelled_walks_are_reported() {
     }
     impl SolveObserver for Once {}
     let model = circle();
-    let solver = Solver::new(&model).cells(20).walks(1 << 30).observer(&Once);
+    let solver = Solver::new(&model).cells(20).degree(0).walks(1 << 30);
+    let solver = solver.observer(&Once);
     let whole = solver.whole().unwrap();
     assert_eq!(
         (whole.summary().stop, whole.summary().walks),
