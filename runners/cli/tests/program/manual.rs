@@ -212,10 +212,10 @@ fn the_manual_does_what_it_says() {
                 "bash file" => {
                     let name = text.lines().nth(1).and_then(|line| line.strip_prefix("# "));
                     let name = name.unwrap_or_else(|| panic!("{place}: a script without a name"));
-                    folder.file(name, &text);
+                    folder.file(name, text);
                 }
                 "bash" => {
-                    let ran = run_script(&folder, &text);
+                    let ran = run_script(&folder, text);
                     assert_eq!(ran.status, Some(0), "{place}: {ran:?}");
                     printed = Some(ran.stdout);
                     commands += 1;
