@@ -1,7 +1,7 @@
 //! The cells and the degree of a global estimate that is asked for.
 //!
-//! Pilots of every degree begin on the coarsest cells. Next comes the degree whose last pilot was best, on finer cells, until these do not pay, or
-//! pilots have taken their part of what the best estimate takes. Only what had a pilot is chosen.
+//! Pilots of every degree begin on the coarsest cells. Next comes the degree whose last pilot was best, on finer cells, until these do not pay.
+//! Pilots of the best degree take at most as long as an estimate may, and others a quarter of that. Only what had a pilot is chosen.
 
 use fredholm_model::WholeValues;
 use web_time::Instant;
@@ -32,6 +32,7 @@ struct Degree {
 
 /// The best estimate so far.
 struct Best<'m> {
+    degree: usize,
     /// Whether scores may leave a bias that error bars do not see.
     is_biased: bool,
     price: f64,
@@ -189,8 +190,14 @@ impl<'m> Trials<'m> {
         let may = self.may_take(question.settings, bound);
         // The set-up of the best so far is that of the estimate, and not lost.
         let kept = self.best.as_ref().map_or(0.0, |best| best.joint.setup);
-        let left = FINER * may - (self.spent - kept);
-        if self.best.is_some() && (pilot - setup > left || setup > FINER * may) {
+        // Finer cells of the best degree are what pays most.
+        let is_best = self
+            .best
+            .as_ref()
+            .is_some_and(|best| best.degree == own.degree);
+        let may_lose = if is_best { may } else { FINER * may };
+        let left = may_lose - (self.spent - kept);
+        if self.best.is_some() && (pilot - setup > left || setup > may_lose) {
             return Ok(None);
         }
         let (of, mut values) = ((bound, left.max(MOMENT)), 0.0);
@@ -224,6 +231,7 @@ impl<'m> Trials<'m> {
         let price = seconds * (error.powi(2) + (lost / UNSEEN).powi(2));
         if self.best.as_ref().is_none_or(|best| price < best.price) {
             self.best = Some(Best {
+                degree: own.degree,
                 is_biased,
                 price,
                 joint,
@@ -232,7 +240,7 @@ impl<'m> Trials<'m> {
         Ok(Some(price))
     }
 
-    /// Seconds that an estimate may take, of which pilots may take a part.
+    /// Seconds that an estimate may take, and pilots for it.
     fn may_take(&self, settings: &Settings, bound: Bound) -> f64 {
         let seconds = match (bound, &self.best) {
             (
