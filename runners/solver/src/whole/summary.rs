@@ -20,7 +20,7 @@ use crate::{Choices, Model, Settings};
 /// use fredholm::{CubeModel, Method, Solver};
 ///
 /// let u = CubeModel::from_fn::<1>(|x, y| 0.5 * x[0] * y[0], |x| x[0]);
-/// let whole = Solver::new(&u).method(Method::Walks).cells(4).walks(5000).whole()?;
+/// let whole = Solver::new(&u).method(Method::Walks).cells(4).degree(0).walks(5000).whole()?;
 /// assert_eq!((whole.summary().degree, whole.summary().score_degree), (0, 2));
 /// assert!(whole.summary().walks >= 5000);
 /// # Ok::<(), fredholm::SolveError>(())
