@@ -119,7 +119,7 @@ pub(crate) fn choose_global<'m>(
                     true => Some(ENDLESS),
                     false => settings.walks,
                 },
-                ..joint.told()
+                ..joint.settled()
             },
             plain: false,
             solved: None,

@@ -73,7 +73,7 @@ pub(super) struct Joint<'m> {
 }
 
 /// What a pilot tells.
-struct Told {
+struct PilotResult {
     /// States of a walk.
     states: f64,
     /// The number of walks until the error is reached, or the one that is given.
@@ -96,8 +96,8 @@ pub(super) struct Looked<'m> {
 }
 
 impl<'m> Joint<'m> {
-    /// The settings, with how its walks end.
-    pub(super) fn told(&self) -> Settings {
+    /// The settings with the absorption of its walks, in which nothing is open.
+    pub(super) fn settled(&self) -> Settings {
         let absorption = self.ready.walk.absorption;
         Settings {
             absorption: absorption.probability(),
@@ -168,7 +168,7 @@ impl<'m> Looked<'m> {
             predicted_separate_seconds: Some(separate),
             ..chosen.report
         };
-        chosen.settings = joint.told();
+        chosen.settings = joint.settled();
         chosen.settings.pairs = joint.pairs;
         chosen.plain = false;
         chosen.cells = joint.cells.clone();
@@ -430,7 +430,7 @@ impl<'m> Question<'_, 'm> {
             ..ready.walk
         };
         let (found, looks) = self.walked(&whole, &ready, &random, (looks, bound))?;
-        let Some(Told {
+        let Some(PilotResult {
             states,
             walks,
             look,
@@ -505,7 +505,8 @@ impl<'m> Question<'_, 'm> {
         *lost += pilot;
         let of = (self.looks(), Bound::Error(tolerance));
         let (found, _) = self.walked(&whole, &joint.ready, &pilot_walk, of)?;
-        let Some(Told { states, walks, .. }) = found.filter(|told| !told.look.is_nearly_biased)
+        let Some(PilotResult { states, walks, .. }) =
+            found.filter(|result| !result.look.is_nearly_biased)
         else {
             return Ok(());
         };
@@ -535,7 +536,7 @@ impl<'m> Question<'_, 'm> {
         ready: &Ready<'m>,
         walk: &WalkOptions,
         (looks, bound): (Looks, Bound),
-    ) -> Result<(Option<Told>, Looks), Error> {
+    ) -> Result<(Option<PilotResult>, Looks), Error> {
         let (walked, looks) = whole.pilot(ready, walk, looks)?;
         if self.watch.cancelled() {
             return Err(Error::Cancelled);
@@ -552,7 +553,7 @@ impl<'m> Question<'_, 'm> {
             Sequence::Random => times,
             Sequence::Sobol => Real::exp(Real::ln(times) / TRUSTED_RATE),
         };
-        let told = Told {
+        let result = PilotResult {
             states,
             walks: match bound {
                 Bound::Error(_) => (walks * times).max(walk.batch as f64),
@@ -560,7 +561,7 @@ impl<'m> Question<'_, 'm> {
             },
             look,
         };
-        Ok((Some(told), looks))
+        Ok((Some(result), looks))
     }
 }
 

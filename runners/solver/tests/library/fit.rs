@@ -1,13 +1,11 @@
 //! Quantities from measured targets: synthetic furnaces whose emissivities are known.
 
+use crate::common::{Draws, is_long};
 use fredholm::room::{Material, Surfaces};
 use fredholm::{
     Fitting, Measured, Measurement, Model, Quantity, RoomModel, Scalar, Solver, Uncertainty,
     Unknown,
 };
-use fredholm_core::{DefaultGenerator, RngUniforms, Uniforms, WalkSeeds};
-
-use crate::common::is_long;
 
 const REFRACTORY: [&str; 5] = ["sill", "end", "roof east", "roof west", "back"];
 const UNKNOWN: [&str; 2] = ["load emissivity", "burner emissivity"];
@@ -20,26 +18,6 @@ struct Furnace {
     burner: [f64; 2],
     load: f64,
     flame: f64,
-}
-
-struct Draws(RngUniforms<DefaultGenerator>);
-
-impl Draws {
-    fn new(number: u64) -> Self {
-        let seeds = WalkSeeds::<DefaultGenerator>::new(53, 0);
-        Self(RngUniforms(seeds.generator(number)))
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        let share: f64 = self.0.uniform();
-        low + (high - low) * share
-    }
-
-    /// A normal number, by Box and Muller.
-    fn normal(&mut self) -> f64 {
-        let radius = (-2.0 * (1.0 - self.between(0.0, 1.0)).ln()).sqrt();
-        radius * (core::f64::consts::TAU * self.between(0.0, 1.0)).cos()
-    }
 }
 
 impl Furnace {
@@ -125,7 +103,7 @@ fn ellipses_of_emissivities_cover_the_truth() {
     let (count, least) = if is_long() { (200, 178) } else { (3, 1) };
     let (mut covered, mut in_interval, mut solutions, mut chi_square) = (0, 0, 0, 0.0);
     for number in 0..count {
-        let mut draws = Draws::new(number);
+        let mut draws = Draws::new(53, number);
         let furnace = Furnace::new(&mut draws);
         let truth = [(); 2].map(|()| draws.between(0.3, 0.9));
         let error = draws.between(0.5, 3.0);
@@ -199,7 +177,7 @@ fn ellipses_of_emissivities_cover_the_truth() {
 
 #[test]
 fn what_is_not_told_is_refused() {
-    let mut draws = Draws::new(1);
+    let mut draws = Draws::new(53, 1);
     let furnace = Furnace::new(&mut draws);
     let model = furnace.model([0.5; 2]);
     let quantities = model.quantities();

@@ -4,11 +4,34 @@ use std::sync::Arc;
 
 use fredholm_core::galerkin::{Basis, Cells, TransitionMoments};
 use fredholm_core::resolvent::Regular;
-use fredholm_core::{Chain, Density, Equation, Located, Space, Uniforms};
+use fredholm_core::{
+    Chain, DefaultGenerator, Density, Equation, Located, RngUniforms, Space, Uniforms, WalkSeeds,
+};
 
 /// Whether the long forms of the tests are asked for.
 pub(crate) fn is_long() -> bool {
     std::env::var_os("FREDHOLM_LONG").is_some()
+}
+
+/// Random numbers of a problem of a family.
+pub(crate) struct Draws(RngUniforms<DefaultGenerator>);
+
+impl Draws {
+    pub(crate) fn new(family: u64, number: u64) -> Self {
+        let seeds = WalkSeeds::<DefaultGenerator>::new(family, 0);
+        Self(RngUniforms(seeds.generator(number)))
+    }
+
+    pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
+        let share: f64 = self.0.uniform();
+        low + (high - low) * share
+    }
+
+    /// A normal number, by Box and Muller.
+    pub(crate) fn normal(&mut self) -> f64 {
+        let radius = (-2.0 * (1.0 - self.between(0.0, 1.0)).ln()).sqrt();
+        radius * (core::f64::consts::TAU * self.between(0.0, 1.0)).cos()
+    }
 }
 
 /// An equation on [0, 1] by its kernel, its source and its number of cells; as a chain, whose steps are uniform, and for resolvent walks.

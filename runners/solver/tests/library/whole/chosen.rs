@@ -1,8 +1,10 @@
-//! Cells and degrees that are chosen for a global estimate, against a ladder of fixed ones: random circles, rooms, spheres and kernels, half of
-//! which nobody had looked at when the choice was made.
+//! Cells and degrees that are chosen for a global estimate, against a ladder of fixed ones: random circles, rooms, spheres and kernels, of
+//! which 21 had not been looked at when the choice was made.
 
 use core::f64::consts::TAU;
 
+use super::{LIGHT, circle};
+use crate::common::{Draws, is_long};
 use fredholm::circle::{Emission, Harmonic};
 use fredholm::cost::PointwisePairs;
 use fredholm::room::{Material, Surfaces};
@@ -11,28 +13,11 @@ use fredholm::{
     CircleModel, CubeModel, Discretisation, Estimator, Method, Model, RoomModel, Scalar, Settings,
     Solver, SphereModel, Tolerance,
 };
-use fredholm_core::{DefaultGenerator, RngUniforms, Uniforms, WalkSeeds};
-
-use crate::common::is_long;
 
 const WALKS: u64 = 20_000;
 
-struct Draws(RngUniforms<DefaultGenerator>);
-
-impl Draws {
-    fn new(number: u64) -> Self {
-        let seeds = WalkSeeds::<DefaultGenerator>::new(59, 0);
-        Self(RngUniforms(seeds.generator(number)))
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        let share: f64 = self.0.uniform();
-        low + (high - low) * share
-    }
-}
-
 fn problem(number: u64) -> Box<dyn Model> {
-    let mut draws = Draws::new(number);
+    let mut draws = Draws::new(59, number);
     let mut between = |low: f64, high: f64| draws.between(low, high);
     match number % 4 {
         0 => {
@@ -174,12 +159,7 @@ fn what_is_open_is_chosen_as_well_as_from_a_ladder() {
 /// An error that is asked for is reached without a word of cells.
 #[test]
 fn an_error_is_reached_in_cells_that_nobody_named() {
-    let light = Harmonic {
-        constant: 5.0,
-        amplitude: 1.0,
-        frequency: 5,
-    };
-    let u = CircleModel::new(vec![0.3, 0.7], Emission::Harmonic(light));
+    let u = circle();
     let settings = Settings {
         tolerance: Some(Tolerance::Absolute(1e-8)),
         ..Settings::default()
@@ -189,7 +169,7 @@ fn an_error_is_reached_in_cells_that_nobody_named() {
     assert!(whole.summary().largest_std_error.unwrap() <= 1e-8);
     for i in 0..100 {
         let value = whole.at(0.0628 * f64::from(i)).unwrap();
-        let exact = light.solution(0.0628 * f64::from(i));
+        let exact = LIGHT.solution(0.0628 * f64::from(i));
         let off = (value.estimate - exact).abs();
         assert!(off < 5.6 * value.std_error.unwrap(), "{value:?} {exact}");
     }
