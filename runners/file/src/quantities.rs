@@ -5,8 +5,8 @@ use core::time::Duration;
 
 use fredholm::report::Report;
 use fredholm::{
-    Error, Fit, Fitting, Measured, Measurement, Model, Quantity, SolveError, SolveObserver, Solver,
-    Subject, Uncertainty, Unknown,
+    Error, Fit, Fitting, Measured, Measurement, Model, Quantity, Settings, SolveError,
+    SolveObserver, Solver, Subject, Uncertainty, Unknown,
 };
 use toml::de::{DeTable, DeValue};
 
@@ -310,15 +310,25 @@ impl ProblemFile {
                 names.iter().copied().zip(values.iter().copied()).collect();
             self.with_values(&values).map_err(failed)
         };
+        // Those of the first values: other cells would have other draws, and misfits would jump.
+        let mut settings: Option<Settings> = None;
         let mut solve = |values: &[f64]| -> Result<Report, SolveError> {
             let (file, _) = with(values)?;
             let own = file.resolve().map_err(failed)?;
-            let settings = fredholm::Settings {
-                time_limit,
-                ..own.settings
+            let (model, open) = (own.model.model(), own.settings);
+            let solver = |settings: &Settings| {
+                let settings = Settings {
+                    time_limit,
+                    ..settings.clone()
+                };
+                let solver = Solver::with(model, settings, own.targets.clone());
+                solver.observer(watch).with_sensitivities(true)
             };
-            let solver = Solver::with(own.model.model(), settings, own.targets);
-            match solver.observer(watch).with_sensitivities(true).solve() {
+            let settings = match &settings {
+                Some(first) => first,
+                None => settings.insert(solver(&open).choose()?),
+            };
+            match solver(settings).solve() {
                 Err(SolveError::NotReached(report)) => Ok(*report),
                 other => other,
             }

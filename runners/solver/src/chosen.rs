@@ -10,6 +10,8 @@ use crate::{Choices, Settings};
 /// The word for a method. By this name it is not taken for one that lives in what is read.
 type Method = &'static str;
 
+/// The word for separate walks that follow a neighbour equation.
+pub(crate) const PRECONDITIONED: &str = "preconditioned";
 /// The word for one set of walks for all goals.
 pub(crate) const WHOLE: &str = "global estimate";
 
@@ -56,7 +58,7 @@ pub struct ChoiceReport {
 /// One of the known words.
 fn method<'de, D: Deserializer<'de>>(from: D) -> Result<&'static str, D::Error> {
     let word = String::deserialize(from)?;
-    let mut known = ["preconditioned", "plain", WHOLE].into_iter();
+    let mut known = [PRECONDITIONED, "plain", WHOLE].into_iter();
     let found = known.find(|known| *known == word);
     found.ok_or_else(|| serde::de::Error::custom(format_args!("no such method: {word:?}")))
 }
@@ -99,6 +101,12 @@ pub(crate) fn draws(
 }
 
 impl ChoiceReport {
+    /// Whether separate walks follow a neighbour equation.
+    #[must_use]
+    pub fn is_preconditioned(&self) -> bool {
+        self.method == PRECONDITIONED
+    }
+
     /// The choice for people: these settings, and this text for the number of cells.
     #[must_use]
     pub fn text(&self, settings: &Settings, cells: &str) -> String {

@@ -452,26 +452,69 @@ impl<'m> Solver<'m> {
         self.explained(run())
     }
 
-    /// The choice that would be made for this standard error, and what it is predicted to take,
-    /// without the walks of the answer. `None`: nothing is chosen by pilots, as walks of resolvents or a lift are asked for.
+    /// The settings that would be chosen for the error that is asked for, or else for the number of walks, and what they are predicted to take; the
+    /// walks of the answer are not made. `None`: nothing is chosen by pilots, as nothing is open, or as walks of resolvents or a lift are asked for.
+    ///
+    /// ```
+    /// use fredholm::{Choices, CubeModel, Method, Solver};
+    ///
+    /// let u = CubeModel::from_fn::<1>(|x, y| 0.5 * (-(x[0] - y[0]).abs()).exp(), |_| 1.0);
+    /// let solver = Solver::new(&u).at(0.3).method(Method::Walks).walks(10_000);
+    /// let (settings, report) = solver.predict()?.expect("cells are open");
+    /// assert_eq!((settings.walks, report.predicted_walks), (Some(10_000), 10_000.0));
+    /// assert!(settings.cells.is_some());
+    /// # Ok::<(), fredholm::SolveError>(())
+    /// ```
     ///
     /// # Errors
     /// [`SolveError`].
-    pub fn predict(mut self, error: f64) -> Result<Option<(Settings, ChoiceReport)>, SolveError> {
-        self.settings.tolerance = Some(Tolerance::Absolute(error));
-        self.settings = self.settings.for_model(self.model);
+    pub fn predict(&self) -> Result<Option<(Settings, ChoiceReport)>, SolveError> {
+        let mut own = self.clone();
+        own.settings = own.settings.for_model(own.model);
         let run = || {
-            self.check()?;
-            let targets = self.targets()?;
-            let goals = self.goals(&targets)?;
-            let of_temperatures = self.of_temperatures(&goals)?;
-            let settings = &of_temperatures.as_ref().unwrap_or(&self).settings;
-            let back = asked_way_back(self.model, settings, &goals)?;
-            let model = back.as_deref().unwrap_or(self.model);
-            let chosen = choice::choose(model, &targets, settings, self.watch)?;
+            own.check()?;
+            let targets = own.targets()?;
+            let goals = own.goals(&targets)?;
+            let of_temperatures = own.of_temperatures(&goals)?;
+            let settings = &of_temperatures.as_ref().unwrap_or(&own).settings;
+            let back = asked_way_back(own.model, settings, &goals)?;
+            let model = back.as_deref().unwrap_or(own.model);
+            let chosen = choice::choose(model, &targets, settings, own.watch)?;
             Ok(chosen.map(|chosen| (chosen.settings, chosen.report)))
         };
         self.explained(run())
+    }
+
+    /// Predicts as [`predict`](Self::predict) does, for this standard error, in the unit of u.
+    ///
+    /// # Errors
+    /// [`SolveError`].
+    pub fn predict_to(
+        mut self,
+        error: f64,
+    ) -> Result<Option<(Settings, ChoiceReport)>, SolveError> {
+        self.settings.tolerance = Some(Tolerance::Absolute(error));
+        self.predict()
+    }
+
+    /// The settings with what walks of a neighbour equation leave open chosen, as [`predict`](Self::predict) tells: for many solutions that differ by
+    /// values of the equation, and have the same draws. Where others answer, as walks of resolvents, plain ones or one set of walks, nothing changes.
+    ///
+    /// # Errors
+    /// [`SolveError`].
+    pub fn choose(&self) -> Result<Settings, SolveError> {
+        let found = match self.predict_resolvent()? {
+            Some(_) => None,
+            None => self.predict()?,
+        };
+        let found = found.filter(|(_, report)| report.is_preconditioned());
+        Ok(match found {
+            Some((chosen, _)) => Settings {
+                walks: self.settings.walks,
+                ..chosen
+            },
+            None => self.settings.clone(),
+        })
     }
 
     /// What was wrong with the functions of the equation, if that caused an error.

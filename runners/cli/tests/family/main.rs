@@ -221,16 +221,16 @@ fn ran(problem: &Problem) -> Ran {
         write!(ran.text, ", z {z:.2}").unwrap();
     }
     opened.settings = &without;
-    ran.given = given(&opened, &resolved.targets, &reference.rungs);
-    if let Some(given) = ran.given {
-        write!(ran.text, "; {given:.2} times without an error").unwrap();
+    if let Some((times, names)) = given(&opened, &resolved.targets, &reference.rungs) {
+        write!(ran.text, "; {times:.2} times without an error, {names}").unwrap();
+        ran.given = Some(times);
     }
     ran
 }
 
-/// Variance times seconds of given walks over that of the best of the ladder that takes no longer than these may. `None`: the choice is refused,
-/// or the ladder has no such rung.
-fn given(opened: &Opened<'_>, targets: &[Target], rungs: &[Rung]) -> Option<f64> {
+/// Variance times seconds of given walks over that of the best of the ladder that takes no longer than these may, and the names of both. `None`: the
+/// choice is refused, or the ladder has no such rung.
+fn given(opened: &Opened<'_>, targets: &[Target], rungs: &[Rung]) -> Option<(f64, String)> {
     let plain = rungs.iter().find_map(|rung| rung.plain_seconds(GIVEN))?;
     let most = (6.0 * plain).max(1.0);
     let by: (&dyn SolveObserver, &dyn Execute) = (&(), &OnThreads);
@@ -254,7 +254,8 @@ fn given(opened: &Opened<'_>, targets: &[Target], rungs: &[Rung]) -> Option<f64>
             a.total_cmp(&b)
         })?;
         if !least.is_told_by_few() {
-            return Some(own / least.variance_time(GIVEN, &deviations));
+            let names = format!("{} beside {}", setting(&chosen), least.name());
+            return Some((own / least.variance_time(GIVEN, &deviations), names));
         }
         let again = opened.walk_again(least);
         *least = again?;

@@ -227,7 +227,11 @@ impl<'m> Search<'m> {
         let best = self.best();
         let price = best.map_or(f64::INFINITY, |best| self.least_price(&best));
         let price = price.min(self.left).min(self.rival);
-        let may = best.map_or(f64::INFINITY, |best| self.allowance(&best, SHARE));
+        let may = |step: &Prediction| {
+            best.map_or(f64::INFINITY, |best| {
+                self.allowance(&best, &step.setting, SHARE)
+            })
+        };
         let all = self.candidates(best.as_ref()).into_iter().map(|found| {
             let walks = match found.pilot_walks {
                 0 => self.sample.walks(FIRST),
@@ -247,7 +251,7 @@ impl<'m> Search<'m> {
                 self.cost(&found, setup + PAYS * lost, found.hopeful),
             )
         });
-        let pay = all.filter(|&(_, _, lost, cost)| cost < price && lost <= may);
+        let pay = all.filter(|(step, _, lost, cost)| *cost < price && *lost <= may(step));
         // What takes longer than all so far comes after everything else that may pay.
         let is_late = |(step, walks, ..): &(Prediction, u64, f64, f64)| !self.is_soon(step, *walks);
         let pay: Vec<_> = pay
@@ -330,13 +334,15 @@ impl<'m> Search<'m> {
         PILOT_SECONDS + self.remaining_setup(found) + walks * found.seconds_per_walk
     }
 
-    /// Seconds that further pilots may take, if all may take this share of a prediction, or of what given walks may take; the first of a neighbour
-    /// equation, without which plain walks have nothing to be compared with, all of that.
-    fn allowance(&self, best: &Prediction, share: f64) -> f64 {
+    /// Seconds that pilots up to the next one may take, if all may take this share of a prediction, or of what given walks may take. All of the latter
+    /// are for the first pilot of a neighbour equation, without which plain walks have nothing to be compared with, and for finer cells of the best
+    /// setting: they leave least, and are the set-up of the answer.
+    fn allowance(&self, best: &Prediction, next: &Setting, share: f64) -> f64 {
         let is_first = || self.families.iter().all(Family::is_plain_or_new);
+        let is_best = best.setting.shares_family(next);
         let most = match self.aim {
             Aim::Error(_) => share * self.least_price(best).min(self.rival).min(LONG_SECONDS),
-            Aim::Walks(_) if is_first() => self.may_take().min(LONG_SECONDS),
+            Aim::Walks(_) if is_best || is_first() => self.may_take().min(LONG_SECONDS),
             Aim::Walks(_) => share * self.may_take().min(LONG_SECONDS),
         };
         let all = most.min(share * self.time_limit());

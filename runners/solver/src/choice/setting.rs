@@ -1,5 +1,6 @@
 //! What may be chosen.
 
+use crate::chosen::PRECONDITIONED;
 use crate::{Discretisation, Model, Pairs, Settings};
 use fredholm_model::cost::{Cost, WalkCost};
 
@@ -86,10 +87,6 @@ impl Setting {
 
     /// The method's name in the report.
     pub(super) const fn method(&self) -> &'static str {
-        if self.plain {
-            "plain"
-        } else {
-            "preconditioned"
-        }
+        if self.plain { "plain" } else { PRECONDITIONED }
     }
 }

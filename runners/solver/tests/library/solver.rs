@@ -438,7 +438,7 @@ fn what_an_equation_does_not_have_is_refused() {
     }
     let error = Solver::new(&cube).mean().solve_to(-1.0).unwrap_err();
     assert!(error.to_string().contains("above 0"), "{error}");
-    let error = Solver::new(&cube).at(2.0).predict(1e-3).unwrap_err();
+    let error = Solver::new(&cube).at(2.0).predict_to(1e-3).unwrap_err();
     assert!(
         matches!(error, SolveError::Failed(Error::Region { .. })),
         "{error}"
@@ -453,7 +453,7 @@ fn what_is_predicted_is_what_is_done() {
     let report = solver.solve().unwrap();
     assert_eq!((answer.cells, answer.degree), (report.cells, report.degree));
     let solver = solver.method(Method::Walks);
-    let (settings, predicted) = solver.clone().predict(1e-5).unwrap().unwrap();
+    let (settings, predicted) = solver.clone().predict_to(1e-5).unwrap().unwrap();
     let report = solver.clone().solve_to(1e-5).unwrap();
     assert_eq!(settings.cells, Some(report.cells));
     assert_eq!(
@@ -461,6 +461,34 @@ fn what_is_predicted_is_what_is_done() {
         predicted.predicted_walks
     );
     assert!(solver.cells(5).degree(1).diagnose().unwrap().targets.len() == 2);
+}
+
+/// What is chosen for one value of the equation is walked with for others, and nothing is chosen again.
+#[test]
+fn many_values_have_one_choice() {
+    let model = |a: f64| {
+        let kernel = move |x: &[f64; 1], y: &[f64; 1]| a * (x[0] * y[0]).exp();
+        CubeModel::from_fn::<1>(kernel, |_| 1.0)
+    };
+    let first = model(0.5);
+    let open = Solver::new(&first).at(0.3).walks(20_000);
+    let solver = open.clone().method(Method::Walks);
+    let (chosen, _) = solver.predict().unwrap().unwrap();
+    let settings = solver.choose().unwrap();
+    assert_eq!(
+        (settings.cells, settings.walks),
+        (chosen.cells, Some(20_000))
+    );
+    let known = |a: f64| {
+        let model = model(a);
+        let solver = Solver::with(&model, settings.clone(), Vec::new()).at(0.3);
+        let report = solver.solve().unwrap();
+        assert!(report.choice.is_none() && settings.cells == Some(report.cells));
+        report[0].value()
+    };
+    assert!(known(0.5) < known(0.500_01));
+    // Walks of resolvents leave nothing open.
+    assert_eq!(open.choose().unwrap().cells, None);
 }
 
 #[test]
@@ -611,7 +639,7 @@ fn the_way_back_of_a_circle_is_a_global_estimate() {
     let solver = || Solver::new(&circle).mean().at(3.0);
     let back = solver().adjoint(true).solve_to(1e-4).unwrap();
     assert!(back.whole.is_some() && back[0].std_error() <= 1e-4);
-    let (settings, _) = solver().adjoint(true).predict(1e-4).unwrap().unwrap();
+    let (settings, _) = solver().adjoint(true).predict_to(1e-4).unwrap().unwrap();
     assert_eq!(settings.global, Some(true));
     let [there, again] =
         [solver().adjoint(true), solver()].map(|own| own.whole().unwrap().at(1.0).unwrap());

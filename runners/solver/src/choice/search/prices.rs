@@ -20,7 +20,8 @@ impl Search<'_> {
             return self.best_tried();
         }
         let is_tried = |found: &&Prediction| found.pilot_walks > 0;
-        let is_believed = |best: &Prediction| is_tried(&best) || self.allowance(best, 1.0) >= 0.0;
+        let is_believed =
+            |best: &Prediction| is_tried(&best) || self.allowance(best, &best.setting, 1.0) >= 0.0;
         let best = self.best_of(self.found().filter(|found| self.may_answer(&found.setting)));
         best.filter(is_believed)
             .or_else(|| self.best_tried())

@@ -207,7 +207,7 @@ fn what_is_open_is_chosen_and_the_error_is_reached() {
     agrees(&report, 4.0);
     let choice = report.choice.unwrap();
     assert_eq!(choice.method, "preconditioned");
-    let (settings, predicted) = solver.predict(1e-4).unwrap().unwrap();
+    let (settings, predicted) = solver.predict_to(1e-4).unwrap().unwrap();
     assert_eq!(settings.cells, Some(report.cells));
     assert_eq!(predicted.predicted_walks, choice.predicted_walks);
 }
