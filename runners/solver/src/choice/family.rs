@@ -42,6 +42,9 @@ pub(super) struct Prediction {
     pub(super) careful: f64,
     /// Seconds of all walks if there were too many large scores and cells help as much as theory allows.
     pub(super) hopeful: f64,
+    /// Seconds of all walks if cells help as much as they did from the last pilot but one of its family to the last, or from the first; infinite if there
+    /// are no two.
+    pub(super) shown: f64,
     /// The number of walks of one target that a pilot of this very setting had; 0 without such a pilot.
     pub(super) pilot_walks: u64,
     /// The least number of scored walks of a target, in any pilot.
@@ -205,6 +208,7 @@ impl Family {
             walking: f64::INFINITY,
             careful: f64::INFINITY,
             hopeful: least * each,
+            shown: f64::INFINITY,
             pilot_walks: 0,
             scored: 0,
             most_walks: f64::INFINITY,
@@ -215,25 +219,33 @@ impl Family {
         }
     }
 
-    /// The order r of √Var ~ unknowns^−r by the last two pilots with the same walks. It is at most that of the theory, and
-    /// at least half of it: on few cells much depends on where targets lie in them.
+    /// The order r of √Var ~ unknowns^−r that is expected: by the last two pilots, if there are as many, but at most that of the theory, and
+    /// at least half of it, as on few cells much depends on where targets lie in them.
     pub(super) fn observed_order(&self) -> f64 {
-        let before = |fine: &Pilot| {
-            let coarser = self.pilots.iter();
-            let coarser = coarser.filter(|of| of.unknowns < fine.unknowns);
-            coarser.max_by(|a, b| a.unknowns.total_cmp(&b.unknowns))
-        };
-        let fine = self.pilots.iter();
-        let pairs = fine.filter_map(|fine| Some((before(fine)?, fine)));
-        let last = pairs.max_by(|a, b| a.1.unknowns.total_cmp(&b.1.unknowns));
-        let order = last.map(|(coarse, fine)| {
+        let least = 0.5 * self.order;
+        let last = self.shown_orders().map(|[last, _]| last);
+        last.map_or(self.order, |last| last.clamp(least, self.order))
+    }
+
+    /// The order r by the last two pilots with the same walks, on different cells; and by the first and the last of them.
+    fn shown_orders(&self) -> Option<[f64; 2]> {
+        let by_unknowns = |a: &&Pilot, b: &&Pilot| a.unknowns.total_cmp(&b.unknowns);
+        let fine = self.pilots.iter().max_by(by_unknowns)?;
+        let all = self.pilots.iter();
+        let coarser = || all.clone().filter(|of| of.unknowns < fine.unknowns);
+        let order = |coarse: &Pilot| {
             let falls = coarse.needed_of_all() / fine.needed_of_all();
             0.5 * falls.ln() / (fine.unknowns / coarse.unknowns).ln()
-        });
-        let order = order.filter(|order| order.is_finite());
-        order.map_or(self.order, |order| {
-            order.clamp(0.5 * self.order, self.order)
-        })
+        };
+        let [before, first] = [
+            coarser().max_by(by_unknowns)?,
+            coarser().min_by(by_unknowns)?,
+        ];
+        let orders = [before, first].map(order);
+        orders
+            .iter()
+            .all(|order| order.is_finite())
+            .then_some(orders)
     }
 
     /// What the setting of a pilot takes on these cells.
@@ -252,6 +264,9 @@ impl Family {
         let order = self.observed_order();
         let scale = |order: f64| more.powf(-2.0 * order);
         let [observed, slow, fast] = [order, TRUSTED * order, self.order].map(scale);
+        let shown = self.shown_orders().map_or(f64::INFINITY, |[last, all]| {
+            scale(last.max(all).min(self.order))
+        });
         let walk = setting.walk(&level.cost);
         let pairs = pilot.pairs(level.unknowns);
         let each = walk.seconds(self.walks.estimator, pilot.states, pairs);
@@ -267,6 +282,7 @@ impl Family {
             walking: walks * each,
             careful: all(&|target| target.careful_walks(slow)) * each,
             hopeful: all(&|target| target.hopeful_walks(fast)) * each,
+            shown: all(&|target| target.walks(shown)) * each,
             pilot_walks: if setting == pilot.setting {
                 pilot.walks_each
             } else {

@@ -227,11 +227,7 @@ impl<'m> Search<'m> {
         let best = self.best();
         let price = best.map_or(f64::INFINITY, |best| self.least_price(&best));
         let price = price.min(self.left).min(self.rival);
-        let may = |step: &Prediction| {
-            best.map_or(f64::INFINITY, |best| {
-                self.allowance(&best, &step.setting, SHARE)
-            })
-        };
+        let may = best.map_or(f64::INFINITY, |best| self.allowance(&best, SHARE));
         let all = self.candidates(best.as_ref()).into_iter().map(|found| {
             let walks = match found.pilot_walks {
                 0 => self.sample.walks(FIRST),
@@ -243,15 +239,16 @@ impl<'m> Search<'m> {
             let is_for_best = best.is_some_and(|best| best.setting.shares_system(&step.setting));
             let is_kept = is_for_best && self.systems.of(&step.setting).is_none();
             let lost = self.seconds_of(&step, walks) - if is_kept { setup } else { 0.0 };
-            let setup = self.remaining_setup(&found);
-            (
-                step,
-                walks,
-                lost,
-                self.cost(&found, setup + PAYS * lost, found.hopeful),
-            )
+            let before = self.remaining_setup(&found) + PAYS * lost;
+            let is_shown = || {
+                let may = best.map_or(0.0, |best| self.allowance_of_shown(&best, &found));
+                lost <= may && self.cost(&found, before, found.shown) < price
+            };
+            let may_be_lost = lost <= may || is_shown();
+            let cost = self.cost(&found, before, found.hopeful);
+            may_be_lost.then_some((step, walks, lost, cost))
         });
-        let pay = all.filter(|(step, _, lost, cost)| *cost < price && *lost <= may(step));
+        let pay = all.flatten().filter(|&(.., cost)| cost < price);
         // What takes longer than all so far comes after everything else that may pay.
         let is_late = |(step, walks, ..): &(Prediction, u64, f64, f64)| !self.is_soon(step, *walks);
         let pay: Vec<_> = pay
@@ -334,19 +331,29 @@ impl<'m> Search<'m> {
         PILOT_SECONDS + self.remaining_setup(found) + walks * found.seconds_per_walk
     }
 
-    /// Seconds that pilots up to the next one may take, if all may take this share of a prediction, or of what given walks may take. All of the latter
-    /// are for the first pilot of a neighbour equation, without which plain walks have nothing to be compared with, and for finer cells of the best
-    /// setting: they leave least, and are the set-up of the answer.
-    fn allowance(&self, best: &Prediction, next: &Setting, share: f64) -> f64 {
+    /// Seconds that further pilots may take, if all may take this share of a prediction, or of what given walks may take; the first of a neighbour
+    /// equation, without which plain walks have nothing to be compared with, all of that.
+    fn allowance(&self, best: &Prediction, share: f64) -> f64 {
         let is_first = || self.families.iter().all(Family::is_plain_or_new);
-        let is_best = best.setting.shares_family(next);
         let most = match self.aim {
             Aim::Error(_) => share * self.least_price(best).min(self.rival).min(LONG_SECONDS),
-            Aim::Walks(_) if is_best || is_first() => self.may_take().min(LONG_SECONDS),
+            Aim::Walks(_) if is_first() => self.may_take().min(LONG_SECONDS),
             Aim::Walks(_) => share * self.may_take().min(LONG_SECONDS),
         };
         let all = most.min(share * self.time_limit());
         (all - self.lost(best)).max(self.granted - self.work)
+    }
+
+    /// Seconds that a pilot on the way to finer cells of the best setting may take of given walks, if those so far show that it pays: as many as
+    /// this setting does, or a moment. If it was better indeed, its set-up is that of the answer.
+    fn allowance_of_shown(&self, best: &Prediction, finer: &Prediction) -> f64 {
+        match self.walking(best) {
+            Some(walking) if best.setting.shares_family(&finer.setting) => {
+                let most = (best.setup + walking).max(MOMENT).min(LONG_SECONDS);
+                most.min(SHARE * self.time_limit()) - self.lost(best)
+            }
+            _ => 0.0,
+        }
     }
 
     /// Seconds of all pilots so far but for the set-up that a prediction uses again.

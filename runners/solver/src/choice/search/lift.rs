@@ -174,6 +174,7 @@ impl<'m> Search<'m> {
                 walking: all * each,
                 careful: all * each,
                 hopeful: all * each,
+                shown: all * each,
                 pilot_walks: pilot.walks_each,
                 scored: pilot.scored,
                 most_walks: most,

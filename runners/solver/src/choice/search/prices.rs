@@ -20,8 +20,7 @@ impl Search<'_> {
             return self.best_tried();
         }
         let is_tried = |found: &&Prediction| found.pilot_walks > 0;
-        let is_believed =
-            |best: &Prediction| is_tried(&best) || self.allowance(best, &best.setting, 1.0) >= 0.0;
+        let is_believed = |best: &Prediction| is_tried(&best) || self.allowance(best, 1.0) >= 0.0;
         let best = self.best_of(self.found().filter(|found| self.may_answer(&found.setting)));
         best.filter(is_believed)
             .or_else(|| self.best_tried())
@@ -81,7 +80,7 @@ impl Search<'_> {
     }
 
     /// Seconds of the walks that are given, if no error is asked for.
-    fn walking(&self, found: &Prediction) -> Option<f64> {
+    pub(super) fn walking(&self, found: &Prediction) -> Option<f64> {
         let walks = self.aim.walks()? as f64;
         Some(walks * found.targets * found.seconds_per_walk)
     }
