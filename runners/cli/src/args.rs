@@ -153,8 +153,9 @@ standard deviation and the time of a walk come from as many as it says.")]
 The standard deviations of plain and preconditioned walks for every target of the file, by the theory of \
 Heinrich 1995 (Proposition 2), with integrals in about --nodes points; what the variance of the preconditioned walks is \
 made of, and where: pairs of places between which kernels differ, and places at which the sources do; the \
-quantities and bounds of the paper (absorption estimator); and whether variances are finite at all. The \
-file's scalar and walks are not used.")]
+quantities and bounds of the paper (absorption estimator); and whether variances are finite at all. Cells, degree \
+and pairs that are open are those that `solve` would choose for separate walks, as long as that takes seconds. The \
+file's scalar is not used.")]
     Diagnose(DiagnoseArgs),
     /// Draw a room with its light and shadows
     #[command(after_help = "\

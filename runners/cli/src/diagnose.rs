@@ -2,9 +2,9 @@
 
 mod report;
 
-use fredholm::diagnosis::{Diagnosis, Picture, diagnose as predict};
-use fredholm::{Choices, Pairs, Settings};
-use fredholm_file::Resolution;
+use fredholm::diagnosis::{Diagnosis, Picture, diagnose as predict, least_nodes};
+use fredholm::{Choices, Error, Pairs, Settings, SolveError, Solver};
+use fredholm_file::{Resolution, Resolved};
 use fredholm_plot::ShareTable;
 
 use crate::args::DiagnoseArgs;
@@ -16,12 +16,6 @@ use crate::{render, table};
 use fredholm_file::parts::output::open_all;
 use report::Report;
 
-/// The points of the integrals on these cells of an axis of a cube, whatever `--nodes` says.
-fn least_nodes(dimension: Option<usize>, per_axis: usize, settings: &Settings) -> Option<usize> {
-    let of_axis = per_axis.saturating_mul(settings.discretisation().degree + 2);
-    Some(of_axis.saturating_pow(u32::try_from(dimension?).ok()?))
-}
-
 /// Runs `diagnose`.
 pub(crate) fn diagnose(args: &DiagnoseArgs) -> Result<Ended, Failure> {
     let file = read(&args.file, |file| {
@@ -30,17 +24,7 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> Result<Ended, Failure> {
         file.walk.allow_infinite_variance = true;
     })?;
     let problem = Problem::new(file, None)?;
-    let settings = &problem.resolved.settings;
     let (model, goals) = (problem.model(), &problem.goals);
-    let cells = cut(&problem.file, model, settings, goals)?;
-    let least = least_nodes(model.about().dimension, cells.cells(), settings);
-    if let Some(least) = least.filter(|&least| least > 2 * usize::from(args.nodes)) {
-        say(format_args!(
-            "warning: so many cells take integrals in {least} points instead of {}, and the work grows with their \
-             square, to minutes: fewer `--cells` show the same",
-            args.nodes
-        ));
-    }
     let output = match &args.out {
         Some(dir) => Some(open_all("--out", dir, ["diagnosis.json", "where.svg"])?),
         None => None,
@@ -50,9 +34,26 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> Result<Ended, Failure> {
         "{bar:30} {human_pos} of {human_len} sites, {elapsed}",
         |style| style,
     ));
-    let work = || predict(model, goals, settings, usize::from(args.nodes), &sites);
+    let fail = Failure::of(&problem.file);
+    let nodes = usize::from(args.nodes);
+    let own = &problem.resolved.settings;
+    // Cells that the file names are refused, or said to take long, before the rest is chosen.
+    let is_long = match own.cells {
+        Some(_) => {
+            cut(&problem.file, model, own, goals)?;
+            takes_long(&problem, own, nodes)?
+        }
+        None => false,
+    };
+    let choose = || chosen(&problem, nodes, &sites);
+    let settings = &with_threads(args.common.threads, choose)?.map_err(&fail)?;
+    let cells = cut(&problem.file, model, settings, goals)?;
+    if !is_long {
+        takes_long(&problem, settings, nodes)?;
+    }
+    let work = || predict(model, goals, settings, nodes, &sites);
     let diagnosis = with_threads(args.common.threads, work)?;
-    let diagnosis = diagnosis.map_err(Failure::of(&problem.file))?;
+    let diagnosis = diagnosis.map_err(&fail)?;
     sites.0.finish_and_clear();
     let walk = settings.walk_options();
     let report = Report {
@@ -80,6 +81,32 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> Result<Ended, Failure> {
         report.text(&cells.cells_text())
     })?;
     Ok(Ended::Done)
+}
+
+/// Whether integrals take many more points than these, which is said.
+fn takes_long(problem: &Problem, settings: &Settings, nodes: usize) -> Result<bool, Failure> {
+    let least = least_nodes(problem.model(), settings).map_err(Failure::of(&problem.file))?;
+    let is_long = least > 2 * nodes;
+    if is_long {
+        say(format_args!(
+            "warning: so many cells take integrals in {least} points instead of {nodes}, and the work grows with their \
+             square, to minutes: fewer `--cells` show the same"
+        ));
+    }
+    Ok(is_long)
+}
+
+/// The settings with what `solve` would choose, if walks with a neighbour equation pay.
+fn chosen(problem: &Problem, nodes: usize, watch: &Sites) -> Result<Settings, Error> {
+    let Resolved {
+        targets, settings, ..
+    } = &problem.resolved;
+    let solver = Solver::with(problem.model(), settings.clone(), targets.clone());
+    match solver.observer(watch).choose_to_diagnose(nodes) {
+        Ok(settings) => Ok(settings),
+        Err(SolveError::Failed(error)) => Err(error),
+        Err(_) => Err(Error::Cancelled),
+    }
 }
 
 /// The picture of where the variance comes from, as SVG.

@@ -326,7 +326,13 @@ impl ProblemFile {
             };
             let settings = match &settings {
                 Some(first) => first,
-                None => settings.insert(solver(&open).choose()?),
+                None => {
+                    let is_chain = solver(&open).predict_resolvent()?.is_none();
+                    settings.insert(match is_chain {
+                        true => solver(&open).choose()?,
+                        false => open,
+                    })
+                }
             };
             match solver(settings).solve() {
                 Err(SolveError::NotReached(report)) => Ok(*report),

@@ -14,13 +14,15 @@ use fredholm_core::{Estimator, Form, Tolerance};
 
 use crate::answer::{Answer, SolveObserver};
 use crate::choice::{self, ChoiceReport, Found};
-use crate::diagnosis::{Diagnosis, diagnose};
+use crate::diagnosis::{Diagnosis, diagnose, least_nodes};
 use crate::execute::{CellCount, Execute, Execution, OnThreads};
 use crate::point::Point;
 use crate::report::{Report, Run};
 use crate::sweep::{PLAIN_WALKS, Rates, Row, Sweep};
 use crate::systems::{SystemStore, Systems};
-use crate::{Error, Goal, Method, Model, Pairs, Partitioned, Region, Scalar, Settings, WeightFn};
+use crate::{
+    Error, Goal, Method, Model, Pairs, Partitioned, Region, Scalar, Sequence, Settings, WeightFn,
+};
 use fredholm_core::StopReason;
 use fredholm_model::heat::tolerance_of;
 use fredholm_model::memory::refuse_beyond_memory;
@@ -497,20 +499,22 @@ impl<'m> Solver<'m> {
         self.predict()
     }
 
-    /// The settings with what walks of a neighbour equation leave open chosen, as [`predict`](Self::predict) tells: for many solutions that differ by
-    /// values of the equation, and have the same draws. Where others answer, as walks of resolvents, plain ones or one set of walks, nothing changes.
+    /// The settings in which what separate pseudo-random walks with a neighbour equation leave open is chosen, as [`predict`](Self::predict) tells: for
+    /// many solutions that differ by values of the equation and are to have the same draws. Where such walks do not pay, nothing changes.
     ///
     /// # Errors
     /// [`SolveError`].
     pub fn choose(&self) -> Result<Settings, SolveError> {
-        let found = match self.predict_resolvent()? {
-            Some(_) => None,
-            None => self.predict()?,
-        };
+        let mut own = self.clone();
+        own.settings.global = Some(false);
+        own.settings.sequence.get_or_insert(Sequence::Random);
+        let found = own.predict()?;
         let found = found.filter(|(_, report)| report.is_preconditioned());
         Ok(match found {
             Some((chosen, _)) => Settings {
                 walks: self.settings.walks,
+                global: self.settings.global,
+                sequence: self.settings.sequence,
                 ..chosen
             },
             None => self.settings.clone(),
@@ -525,7 +529,8 @@ impl<'m> Solver<'m> {
         })
     }
 
-    /// Predicts the variance of every functional, and says what limits it.
+    /// Predicts the variance of every functional, and says what limits it: with [the settings](Self::choose) of separate walks, as long as a diagnosis on
+    /// so many cells takes seconds.
     ///
     /// # Errors
     /// [`SolveError`].
@@ -543,11 +548,25 @@ impl<'m> Solver<'m> {
             self.check()?;
             self.check_direction()?;
             let goals = self.goals(&self.targets()?)?;
-            let (model, settings) = (self.model, &self.settings);
+            let (model, settings) = (self.model, self.choose_to_diagnose(nodes)?);
             let nodes = nodes.max(LEAST_NODES);
-            Ok(diagnose(model, &goals, settings, nodes, self.watch)?)
+            Ok(diagnose(model, &goals, &settings, nodes, self.watch)?)
         };
         self.explained(run())
+    }
+
+    /// The settings that are diagnosed with integrals in this number of points: those of [`choose`](Self::choose), but a default for cells that are open
+    /// if the chosen ones take many more points.
+    ///
+    /// # Errors
+    /// [`SolveError`].
+    pub fn choose_to_diagnose(&self, nodes: usize) -> Result<Settings, SolveError> {
+        let chosen = self.choose()?;
+        let is_short = least_nodes(self.model, &chosen)? <= 2 * nodes;
+        Ok(match is_short || self.settings.cells.is_some() {
+            true => chosen,
+            false => self.settings.clone(),
+        })
     }
 
     /// Measures how fast the standard deviation of the mean of u falls: with this number of walks on each of these numbers of

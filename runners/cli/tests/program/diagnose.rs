@@ -162,6 +162,8 @@ fn text_and_pictures() {
         let file = folder.file(&format!("{name}.toml"), text);
         let out = folder.path().join(name);
         let args = [
+            "--degree",
+            "0",
             "--pairs",
             pairs,
             "--estimator",

@@ -67,6 +67,20 @@ pub struct OtherPairs {
     pub preconditioned: Vec<Option<f64>>,
 }
 
+/// The least number of points of the integrals on the cells of a cube, whatever is asked for; 0 of other equations.
+///
+/// # Errors
+/// [`Error`].
+pub fn least_nodes(model: &dyn Model, settings: &Settings) -> Result<usize, Error> {
+    let cut = settings.discretisation();
+    let Some(dimension) = model.about().dimension else {
+        return Ok(0);
+    };
+    let per_axis = model.partition(&cut)?.cells();
+    let of_axis = per_axis.saturating_mul(cut.degree + 2);
+    Ok(of_axis.saturating_pow(u32::try_from(dimension).unwrap_or(u32::MAX)))
+}
+
 /// Predicts the variance of every goal with integrals in about so many points, says what limits it, and compares other
 /// pairs. Settings in which variances are infinite are not refused.
 ///

@@ -268,9 +268,9 @@ fn predictions() {
         (of_circle(), Pairs::Paper),
     ] {
         let solver = solver.pairs(pairs).last_step(true).absorption(0.3);
-        let solver = solver.estimator(Estimator::Collision);
+        let solver = solver.estimator(Estimator::Collision).degree(0);
         let diagnosis = solver.diagnose_in(400).unwrap();
-        let report = solver.degree(0).walks(60_000).solve().unwrap();
+        let report = solver.walks(60_000).solve().unwrap();
         for (predicted, found) in diagnosis.targets.iter().zip(&report.goals) {
             let [plain, best] = [&found.plain, &found.preconditioned].map(|of| of.std_dev.unwrap());
             let ratios = [
