@@ -37,14 +37,8 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> Result<Ended, Failure> {
     let fail = Failure::of(&problem.file);
     let nodes = usize::from(args.nodes);
     let own = &problem.resolved.settings;
-    // Cells that the file names are refused, or said to take long, before the rest is chosen.
-    let is_long = match own.cells {
-        Some(_) => {
-            cut(&problem.file, model, own, goals)?;
-            takes_long(&problem, own, nodes)?
-        }
-        None => false,
-    };
+    // The choice of the rest takes long on many cells, too.
+    let is_long = own.cells.is_some() && takes_long(&problem, own, nodes)?;
     let choose = || chosen(&problem, nodes, &sites);
     let settings = &with_threads(args.common.threads, choose)?.map_err(&fail)?;
     let cells = cut(&problem.file, model, settings, goals)?;

@@ -561,12 +561,15 @@ impl<'m> Solver<'m> {
     /// # Errors
     /// [`SolveError`].
     pub fn choose_to_diagnose(&self, nodes: usize) -> Result<Settings, SolveError> {
+        let (model, own) = (self.model, &self.settings);
+        if own.cells.is_some() {
+            let cells = model.partition(&own.discretisation())?;
+            cells.check_examination()?;
+            return self.choose();
+        }
         let chosen = self.choose()?;
-        let is_short = least_nodes(self.model, &chosen)? <= 2 * nodes;
-        Ok(match is_short || self.settings.cells.is_some() {
-            true => chosen,
-            false => self.settings.clone(),
-        })
+        let is_short = least_nodes(model, &chosen)? <= 2 * nodes;
+        Ok(if is_short { chosen } else { own.clone() })
     }
 
     /// Measures how fast the standard deviation of the mean of u falls: with this number of walks on each of these numbers of
