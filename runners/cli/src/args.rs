@@ -154,8 +154,8 @@ The standard deviations of plain and preconditioned walks for every target of th
 Heinrich 1995 (Proposition 2), with integrals in about --nodes points; what the variance of the preconditioned walks is \
 made of, and where: pairs of places between which kernels differ, and places at which the sources do; the \
 quantities and bounds of the paper (absorption estimator); and whether variances are finite at all. Cells, degree \
-and pairs that are open are those that `solve` would choose for separate walks, as long as that takes seconds. The \
-file's scalar is not used.")]
+and pairs that are open are those that `solve` would choose for separate walks, but no more cells than --nodes \
+points are enough for. The file's scalar is not used.")]
     Diagnose(DiagnoseArgs),
     /// Draw a room with its light and shadows
     #[command(after_help = "\

@@ -2,7 +2,7 @@
 
 mod report;
 
-use fredholm::diagnosis::{Diagnosis, Picture, diagnose as predict, least_nodes};
+use fredholm::diagnosis::{Diagnosis, Picture, diagnose as predict};
 use fredholm::{Choices, Error, Pairs, Settings, SolveError, Solver};
 use fredholm_file::{Resolution, Resolved};
 use fredholm_plot::ShareTable;
@@ -25,6 +25,10 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> Result<Ended, Failure> {
     })?;
     let problem = Problem::new(file, None)?;
     let (model, goals) = (problem.model(), &problem.goals);
+    let nodes = usize::from(args.nodes);
+    let own = &problem.resolved.settings;
+    // The choice of the rest takes long on many cells, too.
+    let is_long = own.cells.is_some() && takes_long(&problem, own, nodes)?;
     let output = match &args.out {
         Some(dir) => Some(open_all("--out", dir, ["diagnosis.json", "where.svg"])?),
         None => None,
@@ -35,10 +39,6 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> Result<Ended, Failure> {
         |style| style,
     ));
     let fail = Failure::of(&problem.file);
-    let nodes = usize::from(args.nodes);
-    let own = &problem.resolved.settings;
-    // The choice of the rest takes long on many cells, too.
-    let is_long = own.cells.is_some() && takes_long(&problem, own, nodes)?;
     let choose = || chosen(&problem, nodes, &sites);
     let settings = &with_threads(args.common.threads, choose)?.map_err(&fail)?;
     let cells = cut(&problem.file, model, settings, goals)?;
@@ -79,7 +79,9 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> Result<Ended, Failure> {
 
 /// Whether integrals take many more points than these, which is said.
 fn takes_long(problem: &Problem, settings: &Settings, nodes: usize) -> Result<bool, Failure> {
-    let least = least_nodes(problem.model(), settings).map_err(Failure::of(&problem.file))?;
+    let cells = problem.model().partition(&settings.discretisation());
+    let least = cells.and_then(|cells| cells.examined_points());
+    let least = least.map_err(Failure::of(&problem.file))?;
     let is_long = least > 2 * nodes;
     if is_long {
         say(format_args!(

@@ -546,8 +546,8 @@ impl<'m> Partitioned<'m> for ChannelCuts<'m> {
             .try_for_each(|own| own.check_variance(walk))
     }
 
-    fn check_examination(&self) -> Result<(), Error> {
-        self.first().check_examination()
+    fn examined_points(&self) -> Result<usize, Error> {
+        self.first().examined_points()
     }
 
     fn solve(&self) -> Result<Box<dyn System + 'm>, Error> {

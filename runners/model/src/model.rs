@@ -330,12 +330,12 @@ pub trait Partitioned<'m>: Send + Sync {
     /// [`Error::InfiniteVariance`].
     fn check_variance(&self, walk: &WalkOptions) -> Result<(), Error>;
 
-    /// Refuses an examination ([`System::examine`]) that takes too long, before anything is solved.
+    /// The least number of points of an examination ([`System::examine`]) on these cells, whatever is asked for.
     ///
     /// # Errors
-    /// [`Error::TooMuch`].
-    fn check_examination(&self) -> Result<(), Error> {
-        Ok(())
+    /// [`Error`]: there is none.
+    fn examined_points(&self) -> Result<usize, Error> {
+        Ok(0)
     }
 
     /// Solves the Galerkin system.

@@ -487,8 +487,8 @@ impl<'m> Partitioned<'m> for BlockCells<'m> {
         )
     }
 
-    fn check_examination(&self) -> Result<(), Error> {
-        self.cells.check_examination()
+    fn examined_points(&self) -> Result<usize, Error> {
+        self.cells.examined_points()
     }
 
     fn solve(&self) -> Result<Box<dyn System + 'm>, Error> {

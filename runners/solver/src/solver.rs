@@ -13,8 +13,8 @@ use core::time::Duration;
 use fredholm_core::{Estimator, Form, Tolerance};
 
 use crate::answer::{Answer, SolveObserver};
-use crate::choice::{self, ChoiceReport, Found};
-use crate::diagnosis::{Diagnosis, diagnose, least_nodes};
+use crate::choice::{self, ChoiceReport, Found, cells_to_choose};
+use crate::diagnosis::{Diagnosis, diagnose, refuse_long};
 use crate::execute::{CellCount, Execute, Execution, OnThreads};
 use crate::point::Point;
 use crate::report::{Report, Run};
@@ -529,8 +529,8 @@ impl<'m> Solver<'m> {
         })
     }
 
-    /// Predicts the variance of every functional, and says what limits it: with [the settings](Self::choose) of separate walks, as long as a diagnosis on
-    /// so many cells takes seconds.
+    /// Predicts the variance of every functional, and says what limits it: with [the settings](Self::choose) of separate walks, but with fewer cells where as
+    /// many take more points.
     ///
     /// # Errors
     /// [`SolveError`].
@@ -555,21 +555,30 @@ impl<'m> Solver<'m> {
         self.explained(run())
     }
 
-    /// The settings that are diagnosed with integrals in this number of points: those of [`choose`](Self::choose), but a default for cells that are open
-    /// if the chosen ones take many more points.
+    /// The settings that are diagnosed with integrals in this number of points: those of [`choose`](Self::choose), but fewer cells where open ones would
+    /// take more points.
     ///
     /// # Errors
     /// [`SolveError`].
     pub fn choose_to_diagnose(&self, nodes: usize) -> Result<Settings, SolveError> {
         let (model, own) = (self.model, &self.settings);
+        let cells = model.partition(&own.discretisation())?;
         if own.cells.is_some() {
-            let cells = model.partition(&own.discretisation())?;
-            cells.check_examination()?;
+            refuse_long(&*cells)?;
             return self.choose();
         }
-        let chosen = self.choose()?;
-        let is_short = least_nodes(model, &chosen)? <= 2 * nodes;
-        Ok(if is_short { chosen } else { own.clone() })
+        // What has no diagnosis says so before the choice.
+        cells.examined_points()?;
+        let mut chosen = self.choose()?;
+        let mut fewer = cells_to_choose(model, &chosen.discretisation(), None);
+        fewer.retain(|&cells| chosen.cells.is_none_or(|most| cells < most));
+        let points = |cut| model.partition(&cut)?.examined_points();
+        while points(chosen.discretisation())? > nodes
+            && let Some(cells) = fewer.pop()
+        {
+            chosen.cells = Some(cells);
+        }
+        Ok(chosen)
     }
 
     /// Measures how fast the standard deviation of the mean of u falls: with this number of walks on each of these numbers of

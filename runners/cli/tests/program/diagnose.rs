@@ -136,6 +136,31 @@ fn predictions_are_what_solve_measures() {
     agrees(ROOM, &["--degree", "0", "--pairs", "pointwise"]);
 }
 
+/// Fewer cells where so many would take longer.
+#[test]
+fn what_is_open_is_what_solve_chooses() {
+    let folder = Folder::new();
+    let walks = |text: &str| text.replace("walks = 100000", "walks = 10000");
+    let room = folder.file("room.toml", walks(ROOM).replace("cells = 150", ""));
+    let cube = folder.file("cube.toml", walks(CUBE).replace("cells = 6", ""));
+    let run = |command: &[&str], file: &str| {
+        let args = [command, &[file, "--json"]].concat();
+        fredholm(&args).quietly(0).json()
+    };
+    let [of_room, of_cube] = [&room, &cube].map(|file| run(diagnose(), file));
+    let solved = run(&["solve"], &room);
+    for key in ["cells", "degree", "pairs"] {
+        assert_eq!(of_room[key], solved[key], "{key}");
+    }
+    assert!(number(&of_room, "degree") > 0.0, "{of_room}");
+    let points = number(&of_cube, "cells") * (number(&of_cube, "degree") + 2.0);
+    let nodes = if is_long() { 2400.0 } else { 800.0 };
+    assert!(points.powi(2) <= nodes, "{of_cube}");
+    let [diagnosed, solved] = [of_cube, run(&["solve"], &cube)];
+    assert_eq!(diagnosed["degree"], solved["degree"]);
+    assert!(number(&diagnosed, "cells") < number(&solved, "cells"));
+}
+
 #[test]
 fn one_result_for_any_number_of_threads() {
     let folder = Folder::new();

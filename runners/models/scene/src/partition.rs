@@ -247,9 +247,9 @@ impl<'m> Partitioned<'m> for ScenePartition<'m> {
         check_variance(&self.0.model.scene, walk.absorption)
     }
 
-    fn check_examination(&self) -> Result<(), Error> {
+    fn examined_points(&self) -> Result<usize, Error> {
         if self.0.wide.channels.is_none() {
-            return Ok(());
+            return Ok(0);
         }
         Err(Error::Option {
             subject: Subject::Problem,

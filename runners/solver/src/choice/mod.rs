@@ -63,6 +63,7 @@ const ENDLESS: u64 = u64::MAX >> 1;
 pub const LONG_SECONDS: f64 = 10.0;
 pub use fredholm_model::MOST_SECONDS;
 pub(crate) use global::choose_global;
+pub(crate) use setting::cells_to_choose;
 pub(crate) use ways::solve_by_faster;
 
 /// What walks found.

@@ -5,7 +5,7 @@ use crate::{Discretisation, Model, Pairs, Settings};
 use fredholm_model::cost::{Cost, WalkCost};
 
 /// The numbers of cells that may be chosen, from few to many: only the given one, if one is given.
-pub(super) fn cells_to_choose(
+pub(crate) fn cells_to_choose(
     model: &dyn Model,
     cut: &Discretisation,
     given: Option<usize>,

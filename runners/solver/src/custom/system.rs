@@ -27,8 +27,6 @@ use fredholm_model::{GlobalSystem, Request, SavedSystem, Then, WalkOptions};
 const TOLERANCE: f64 = 1e-14;
 /// Sweeps enough for spectral radii up to 0.99.
 const SWEEPS: u32 = 4000;
-/// The most nodes of a diagnosis, whose work grows with their square.
-const MOST_NODES: usize = 20_000;
 /// Seconds of a state of a walk besides its kernel, as for the other kinds of equations.
 const STATE: f64 = 20e-9;
 /// Seconds of a product of two functions on a cell, of which a step has the square of their number.
@@ -282,19 +280,9 @@ impl<'m, E: CustomEquation<Scalar = f64>> Partitioned<'m> for CustomPartition<'m
         })
     }
 
-    fn check_examination(&self) -> Result<(), Error> {
+    fn examined_points(&self) -> Result<usize, Error> {
         let points = self.points_of_site().pow(E::DIMENSION as u32);
-        let least = self.all.saturating_mul(points);
-        if least <= MOST_NODES {
-            return Ok(());
-        }
-        Err(Error::TooMuch {
-            message: format!(
-                "a diagnosis on {} cells takes integrals in {least} points, and more than {MOST_NODES} take too long: \
-                 use fewer cells, which shows the same at a coarser level",
-                self.all
-            ),
-        })
+        Ok(self.all.saturating_mul(points))
     }
 
     fn solve(&self) -> Result<Box<dyn System + 'm>, Error> {

@@ -18,7 +18,7 @@ pub use target::{BoundsReport, GoalDiagnosis, PlaceReport, Shares};
 
 use crate::answer::{SolveObserver, Solved};
 use crate::{
-    Choices, Error, Goal, Model, Pairs, Settings, Subject, WalkOptions,
+    Choices, Error, Goal, Model, Pairs, Partitioned, Settings, Subject, WalkOptions,
     memory::refuse_beyond_memory,
 };
 use fredholm_model::numbers::short;
@@ -28,6 +28,8 @@ use places::{Summed, shares_of_sites};
 
 /// Bytes of a pair of sites: moments, contributions, and a list of these.
 const PAIR: usize = 64 + 8 + 40;
+/// The most nodes of a diagnosis, whose work grows with their square.
+const MOST_NODES: usize = 20_000;
 /// The number of goals that are looked at in detail: the points of a grid are many, and much alike.
 pub const DETAILED: usize = 3;
 
@@ -67,18 +69,18 @@ pub struct OtherPairs {
     pub preconditioned: Vec<Option<f64>>,
 }
 
-/// The least number of points of the integrals on the cells of a cube, whatever is asked for; 0 of other equations.
-///
-/// # Errors
-/// [`Error`].
-pub fn least_nodes(model: &dyn Model, settings: &Settings) -> Result<usize, Error> {
-    let cut = settings.discretisation();
-    let Some(dimension) = model.about().dimension else {
-        return Ok(0);
-    };
-    let per_axis = model.partition(&cut)?.cells();
-    let of_axis = per_axis.saturating_mul(cut.degree + 2);
-    Ok(of_axis.saturating_pow(u32::try_from(dimension).unwrap_or(u32::MAX)))
+/// Refuses a diagnosis on so many cells that nobody waits for it.
+pub(crate) fn refuse_long(cells: &dyn Partitioned<'_>) -> Result<(), Error> {
+    let points = cells.examined_points()?;
+    if points <= MOST_NODES {
+        return Ok(());
+    }
+    let message = format!(
+        "a diagnosis on {} cells takes integrals in {points} points, and more than {MOST_NODES} take too long: use fewer cells, which shows the \
+         same at a coarser level",
+        cells.cells_text()
+    );
+    Err(Error::TooMuch { message })
 }
 
 /// Predicts the variance of every goal with integrals in about so many points, says what limits it, and compares other
@@ -95,7 +97,7 @@ pub fn diagnose(
 ) -> Result<Diagnosis, Error> {
     let (cut, walk) = (settings.discretisation(), settings.walk_options());
     let cells = model.partition(&cut)?;
-    cells.check_examination()?;
+    refuse_long(&*cells)?;
     let lift = settings.lifted();
     let solved = Solved::new(&*cells)?.lifted(lift)?;
     let look = |pairs: Pairs, is_brief: bool| {

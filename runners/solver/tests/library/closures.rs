@@ -46,6 +46,7 @@ fn weights_are_functions_of_the_coordinates() {
     let predicted = Solver::new(&model)
         .weight("first", |x| x[0])
         .cells(8)
+        .degree(0)
         .diagnose()
         .unwrap();
     let measured = Solver::new(&model)
