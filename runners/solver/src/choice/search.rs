@@ -349,7 +349,7 @@ impl<'m> Search<'m> {
     fn allowance_of_shown(&self, best: &Prediction, finer: &Prediction) -> f64 {
         match self.walking(best) {
             Some(walking) if best.setting.shares_family(&finer.setting) => {
-                let most = (best.setup + walking).max(MOMENT).min(LONG_SECONDS);
+                let most = (best.setup + walking).clamp(MOMENT, LONG_SECONDS);
                 most.min(SHARE * self.time_limit()) - self.lost(best)
             }
             _ => 0.0,
