@@ -324,7 +324,7 @@ fn answer(
     let Resolved {
         targets, settings, ..
     } = &problem.resolved;
-    let is_chosen = begun.systems.is_none();
+    let is_chosen = begun.systems.is_none() || settings.cells.is_none();
     let most = match settings.walks {
         // The choice predicts how many there are.
         None if is_chosen && settings.tolerance.is_some() => u64::MAX,

@@ -19,7 +19,7 @@ use crate::execute::{CellCount, Execute, Execution, OnThreads};
 use crate::point::Point;
 use crate::report::{Report, Run};
 use crate::sweep::{PLAIN_WALKS, Rates, Row, Sweep};
-use crate::systems::{SystemStore, Systems};
+use crate::systems::{KeptCut, SystemStore, Systems};
 use crate::{
     Error, Goal, Method, Model, Pairs, Partitioned, Region, Scalar, Sequence, Settings, WeightFn,
 };
@@ -262,7 +262,8 @@ impl<'m> Solver<'m> {
         self
     }
 
-    /// Sets who keeps the solved system, so that it is solved once for many processes; the number of cells must be given then.
+    /// Sets who keeps the solved system, so that it is solved once for many processes. Cells and a degree that are open are those of the system that is
+    /// there, or are [chosen](Self::choose) for the one that is to be kept.
     pub fn systems(mut self, systems: &'m dyn SystemStore) -> Self {
         self.systems = Systems(Some(systems));
         self
@@ -304,6 +305,9 @@ impl<'m> Solver<'m> {
         }
         let run = || -> Result<Report, SolveError> {
             self.check()?;
+            if let Some(own) = self.on_kept_cells()? {
+                return own.solve_targets();
+            }
             self.systems.check(&self.settings)?;
             let targets = self.targets()?;
             let goals = self.goals(&targets)?;
@@ -349,6 +353,30 @@ impl<'m> Solver<'m> {
             walked.map_err(|error| resolvent::reason(error, refused))
         };
         self.explained(run())
+    }
+
+    /// The solver with the cells and the degree of the system that is kept, if they are open and a system tells them, or walks with one pay.
+    pub(crate) fn on_kept_cells(&self) -> Result<Option<Self>, SolveError> {
+        let own = &self.settings;
+        let Some(store) = self
+            .systems
+            .0
+            .filter(|_| own.cells.is_none() || own.degree.is_none())
+        else {
+            return Ok(None);
+        };
+        let settings = match store.cut()? {
+            Some(KeptCut { cells, degree }) => Settings {
+                cells: own.cells.or(Some(cells)),
+                degree: own.degree.or(Some(degree)),
+                ..own.clone()
+            },
+            None => self.choose()?,
+        };
+        Ok((settings != *own).then(|| Self {
+            settings,
+            ..self.clone()
+        }))
     }
 
     /// The solver whose tolerance is that of walks for temperatures, if the error in kelvin of some is asked for.

@@ -7,6 +7,22 @@ pub use fredholm_model::{SavedSystem, SystemOf};
 use crate::answer::Solved;
 use crate::{Discretisation, Error, Partitioned, Settings, Subject, System};
 
+/// How the space of a kept system is cut.
+///
+/// ```
+/// use fredholm::systems::KeptCut;
+///
+/// let cut = KeptCut { cells: 40, degree: 2 };
+/// assert_eq!((cut.cells, cut.degree), (40, 2));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct KeptCut {
+    /// The number of cells as [`Settings`] count them.
+    pub cells: usize,
+    /// The degree of the polynomials on the cells.
+    pub degree: usize,
+}
+
 /// Whoever keeps solved systems: in a file, for instance, that all processes of a node map.
 ///
 /// ```
@@ -39,6 +55,14 @@ use crate::{Discretisation, Error, Partitioned, Settings, Subject, System};
 /// # Ok::<(), fredholm::SolveError>(())
 /// ```
 pub trait SystemStore: Sync {
+    /// The cells and the degree of the system that is there, for settings that leave them open. `None`: there is none yet, or they are not known.
+    ///
+    /// # Errors
+    /// [`Error::Kept`]: what is there cannot be read.
+    fn cut(&self) -> Result<Option<KeptCut>, Error> {
+        Ok(None)
+    }
+
     /// The system with these numbers. `None`: there is none yet, so that it is solved, for [`keep`](Self::keep).
     ///
     /// # Errors
@@ -57,15 +81,14 @@ pub trait SystemStore: Sync {
 pub(crate) struct Systems<'m>(pub(crate) Option<&'m dyn SystemStore>);
 
 impl<'m> Systems<'m> {
-    /// Refuses a choice of the cells: what it solves are the systems of pilots.
+    /// Refuses cells that are still open where an error is asked for: then plain walks are the fastest way to it, or nothing is chosen.
     pub(crate) fn check(self, settings: &Settings) -> Result<(), Error> {
         if self.0.is_none() || settings.cells.is_some() || settings.tolerance.is_none() {
             return Ok(());
         }
         Err(Error::Option {
             subject: Subject::Cells,
-            message: "a system that is kept has a given number of cells, and with a target error they are chosen: give \
-                      `cells`, which `fredholm check` prints"
+            message: "no system is set up to reach this error: give `cells`, if one is to be kept"
                 .to_owned(),
         })
     }

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
 use filebuffer::FileBuffer;
-use fredholm::systems::{SavedSystem, SystemOf, SystemStore};
+use fredholm::systems::{KeptCut, SavedSystem, SystemOf, SystemStore};
 use fredholm::{Discretisation, Error, System};
 use fredholm_core::galerkin::{Convergence, Solution};
 use serde::{Deserialize, Serialize};
@@ -19,6 +19,10 @@ use super::output::Output;
 
 /// The option of a file that is made if it is not there.
 const MAKE: &str = "--save-system";
+
+/// The names of the number of cells and of the degree.
+const CELLS: &str = "cells of the system";
+const DEGREE: &str = "degree of the system";
 
 const KIND: Kind = Kind {
     magic: b"fredholm system 3      \n",
@@ -224,12 +228,30 @@ impl SystemFile {
             ..of.cut
         };
         let system = SystemOf { cut, ..*of };
-        let own = ("system".to_owned(), format!("{system:?}"));
-        [&self.equation[..], &[own]].concat()
+        let own = [
+            ("system".to_owned(), format!("{system:?}")),
+            (CELLS.to_owned(), of.cells.to_string()),
+            (DEGREE.to_owned(), of.cut.degree.to_string()),
+        ];
+        [&self.equation[..], &own].concat()
     }
 }
 
 impl SystemStore for SystemFile {
+    fn cut(&self) -> Result<Option<KeptCut>, Error> {
+        if self.output().is_some() {
+            return Ok(None);
+        }
+        let content = self.content()?;
+        let number = |name: &str| {
+            let found = content.of.iter().find(|(own, _)| own == name)?;
+            found.1.parse().ok()
+        };
+        Ok(number(CELLS)
+            .zip(number(DEGREE))
+            .map(|(cells, degree)| KeptCut { cells, degree }))
+    }
+
     fn find(&self, of: &SystemOf) -> Result<Option<SavedSystem<'_>>, Error> {
         if self.output().is_some() {
             return Ok(None);

@@ -77,6 +77,9 @@ impl<'m> Solver<'m> {
             self.check()?;
             self.check_direction()?;
             self.check_whole()?;
+            if let Some(own) = self.on_kept_cells()? {
+                return own.chosen_whole();
+            }
             if let Some(estimate) = self.whole_by_resolvent()? {
                 return Ok((estimate, None));
             }
