@@ -540,6 +540,7 @@ impl<'m> Solver<'m> {
         let found = found.filter(|(_, report)| report.is_preconditioned());
         Ok(match found {
             Some((chosen, _)) => Settings {
+                tolerance: self.settings.tolerance,
                 walks: self.settings.walks,
                 global: self.settings.global,
                 sequence: self.settings.sequence,

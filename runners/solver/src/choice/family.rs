@@ -241,11 +241,9 @@ impl Family {
             coarser().max_by(by_unknowns)?,
             coarser().min_by(by_unknowns)?,
         ];
-        let orders = [before, first].map(order);
-        orders
-            .iter()
-            .all(|order| order.is_finite())
-            .then_some(orders)
+        let [last, all] = [before, first].map(order);
+        let all = Some(all).filter(|all| all.is_finite());
+        last.is_finite().then(|| [last, all.unwrap_or(last)])
     }
 
     /// What the setting of a pilot takes on these cells.
