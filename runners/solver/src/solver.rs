@@ -13,7 +13,7 @@ use core::time::Duration;
 use fredholm_core::{Estimator, Form, Tolerance};
 
 use crate::answer::{Answer, SolveObserver};
-use crate::choice::{self, ChoiceReport, Found, cells_to_choose};
+use crate::choice::{self, ChoiceReport, ENDLESS, Found, cells_to_choose};
 use crate::diagnosis::{Diagnosis, diagnose, refuse_long};
 use crate::execute::{CellCount, Execute, Execution, OnThreads};
 use crate::point::Point;
@@ -355,28 +355,32 @@ impl<'m> Solver<'m> {
         self.explained(run())
     }
 
-    /// The solver with the cells and the degree of the system that is kept, if they are open and a system tells them, or walks with one pay.
+    /// The solver with what is open where a system is kept: cells and the degree of the one that is there, and the rest chosen; an error that is asked
+    /// for ends the walks. `None`: nothing is open, or no walks with a system pay.
     pub(crate) fn on_kept_cells(&self) -> Result<Option<Self>, SolveError> {
-        let own = &self.settings;
-        let Some(store) = self
-            .systems
-            .0
-            .filter(|_| own.cells.is_none() || own.degree.is_none())
-        else {
+        let Settings {
+            cells,
+            degree,
+            pairs,
+            tolerance,
+            walks,
+            ..
+        } = self.settings;
+        let is_endless = tolerance.is_some() && walks.is_none();
+        let is_open = cells.is_none() || degree.is_none() || pairs.is_none() || is_endless;
+        let Some(store) = self.systems.0.filter(|_| is_open) else {
             return Ok(None);
         };
-        let settings = match store.cut()? {
-            Some(KeptCut { cells, degree }) => Settings {
-                cells: own.cells.or(Some(cells)),
-                degree: own.degree.or(Some(degree)),
-                ..own.clone()
-            },
-            None => self.choose()?,
-        };
-        Ok((settings != *own).then(|| Self {
-            settings,
-            ..self.clone()
-        }))
+        let mut own = self.clone();
+        if let Some(KeptCut { cells, degree }) = store.cut()? {
+            own.settings.cells.get_or_insert(cells);
+            own.settings.degree.get_or_insert(degree);
+        }
+        own.settings = own.choose()?;
+        if own.settings.cells.is_some() && is_endless {
+            own.settings.walks = Some(ENDLESS);
+        }
+        Ok((own.settings != self.settings).then_some(own))
     }
 
     /// The solver whose tolerance is that of walks for temperatures, if the error in kelvin of some is asked for.
@@ -509,7 +513,14 @@ impl<'m> Solver<'m> {
             let settings = &of_temperatures.as_ref().unwrap_or(&own).settings;
             let back = asked_way_back(own.model, settings, &goals)?;
             let model = back.as_deref().unwrap_or(own.model);
-            let chosen = choice::choose(model, &targets, settings, own.watch)?;
+            let kept = match (settings.cells, settings.degree, &back) {
+                (Some(_), Some(_), None) => {
+                    let cells = model.partition(&settings.discretisation())?;
+                    own.systems.kept(&*cells, settings)?
+                }
+                _ => None,
+            };
+            let chosen = choice::choose_with(model, &targets, settings, own.watch, kept)?;
             Ok(chosen.map(|chosen| (chosen.settings, chosen.report)))
         };
         self.explained(run())

@@ -93,6 +93,22 @@ impl<'m> Systems<'m> {
         })
     }
 
+    /// The system of these cells that is kept, if there is one.
+    pub(crate) fn kept(
+        self,
+        cells: &(dyn Partitioned<'m> + 'm),
+        settings: &Settings,
+    ) -> Result<Option<Solved<'m>>, Error> {
+        let start = Instant::now();
+        let of = system_of(cells, settings.discretisation());
+        let found = self.0.map(|store| store.find(&of)).transpose()?.flatten();
+        let system = found.map(|saved| cells.restore(saved)).transpose()?;
+        Ok(system.map(|system| Solved {
+            system,
+            seconds: start.elapsed().as_secs_f64(),
+        }))
+    }
+
     /// The system of these cells, timed, and lifted if that is asked for.
     pub(crate) fn solved(
         self,
@@ -116,11 +132,7 @@ impl<'m> Systems<'m> {
         let Some(store) = self.0 else {
             return cells.solve();
         };
-        let of = SystemOf {
-            cut,
-            cells: cells.cells(),
-            unknowns: cells.unknowns(),
-        };
+        let of = system_of(cells, cut);
         if let Some(saved) = store.find(&of)? {
             return cells.restore(saved);
         }
@@ -133,5 +145,14 @@ impl<'m> Systems<'m> {
                 cells.restore(saved)
             }
         }
+    }
+}
+
+/// What a system of these cells depends on besides its equation.
+fn system_of(cells: &dyn Partitioned<'_>, cut: Discretisation) -> SystemOf {
+    SystemOf {
+        cut,
+        cells: cells.cells(),
+        unknowns: cells.unknowns(),
     }
 }

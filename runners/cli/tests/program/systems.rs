@@ -160,7 +160,20 @@ fn open_cells_are_chosen_and_kept() {
     for key in ["cells", "degree"] {
         assert_eq!([&kept[key], &few[key]], [&alone[key]; 2], "{key}");
     }
-    assert_eq!(kept["targets"], alone["targets"]);
+    let again = ["--walks", "2000", "--system", &path];
+    let again = solve(&folder, &room, &again).json();
+    for found in [kept, again] {
+        for key in ["pairs", "targets"] {
+            assert_eq!(found[key], alone[key]);
+        }
+    }
+    // More walks than there are without an error.
+    let exact = ["--target-error", "1e-7", "--system", &path];
+    let exact = solve(&folder, &room, &exact).json();
+    assert_eq!(
+        [&exact["stop"], &exact["cells"]],
+        [&"done".into(), &alone["cells"]]
+    );
 }
 
 #[test]

@@ -58,7 +58,7 @@ use joint::{Looked, Question};
 use search::{Lifted, Search};
 
 /// The most walks of a goal if only its error ends them.
-const ENDLESS: u64 = u64::MAX >> 1;
+pub(crate) const ENDLESS: u64 = u64::MAX >> 1;
 /// Seconds that are not begun without a word: a person waits no longer.
 pub const LONG_SECONDS: f64 = 10.0;
 pub use fredholm_model::MOST_SECONDS;
@@ -110,6 +110,17 @@ pub fn choose<'m>(
     settings: &'m Settings,
     watch: &'m dyn SolveObserver,
 ) -> Result<Option<Chosen<'m>>, Error> {
+    choose_with(model, targets, settings, watch, None)
+}
+
+/// Chooses as [`choose`] does, with a solved system on the cells and of the degree that the settings name.
+pub(crate) fn choose_with<'m>(
+    model: &'m dyn Model,
+    targets: &[Target],
+    settings: &'m Settings,
+    watch: &'m dyn SolveObserver,
+    kept: Option<Solved<'m>>,
+) -> Result<Option<Chosen<'m>>, Error> {
     if settings.global == Some(true) {
         let found = choose_global(model, settings, watch)?;
         return Ok(found.map(|(chosen, _)| chosen));
@@ -118,6 +129,9 @@ pub fn choose<'m>(
     let Some(mut search) = begin(model, targets, settings, (own, watch))? else {
         return Ok(None);
     };
+    if let Some(kept) = kept {
+        search.keep(kept);
+    }
     let goals = goals(model, targets)?;
     let question = Question {
         model,

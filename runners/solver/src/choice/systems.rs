@@ -21,6 +21,11 @@ impl<'m> Systems<'m> {
         found.map(|(.., solved)| solved)
     }
 
+    /// Keeps a system that is solved already.
+    pub(super) fn keep(&mut self, setting: Setting, solved: Solved<'m>) {
+        self.0.push((setting, 0, Arc::new(solved)));
+    }
+
     /// Solves the system of a setting, unless it is solved.
     pub(super) fn solve(
         &mut self,

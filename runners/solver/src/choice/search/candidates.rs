@@ -8,6 +8,7 @@ use super::super::setting::{Setting, cells_to_choose};
 use super::{LONG_SECONDS, Search};
 use fredholm_model::LastSteps;
 
+use crate::answer::Solved;
 use crate::whole::best_absorption;
 use crate::{Discretisation, Error, Pairs};
 
@@ -22,7 +23,7 @@ fn open<T: Copy>(given: Option<T>, all: &[T]) -> Vec<T> {
     given.map_or_else(|| all.to_vec(), |given| vec![given])
 }
 
-impl Search<'_> {
+impl<'m> Search<'m> {
     /// Refuses walks of infinite variance, before anything expensive is set up, and tells about how long walks are: with roulette
     /// 1/(1 − ρ) states, where ρ² is the radius of T_k²p; and how walks of a sequence end.
     ///
@@ -88,6 +89,15 @@ impl Search<'_> {
             };
             self.families.push(Family::new(first, levels, order, walks));
         }
+    }
+
+    /// Takes the system on the cells and of the degree that the settings name, which is solved.
+    pub(in super::super) fn keep(&mut self, solved: Solved<'m>) {
+        let setting = Setting {
+            cells: self.settings.cells.unwrap_or(1),
+            ..self.base()
+        };
+        self.systems.keep(setting, solved);
     }
 
     /// Whether there are several settings that may be chosen.
