@@ -327,7 +327,7 @@ fn answer(
     let is_chosen = begun.systems.is_none() || settings.cells.is_none();
     let most = match settings.walks {
         // The choice predicts how many there are.
-        None if is_chosen && settings.tolerance.is_some() => u64::MAX,
+        None if settings.tolerance.is_some() => u64::MAX,
         _ => settings.walk_options().walks,
     };
     let (back, goals) = (problem.way_back()?, &problem.goals);

@@ -376,9 +376,12 @@ impl<'m> Solver<'m> {
             own.settings.cells.get_or_insert(cells);
             own.settings.degree.get_or_insert(degree);
         }
-        own.settings = own.choose()?;
-        if own.settings.cells.is_some() && is_endless {
-            own.settings.walks = Some(ENDLESS);
+        if let Some((settings, report)) = own.chosen()? {
+            own.settings = settings;
+            if is_endless {
+                own.settings.walks = Some(ENDLESS);
+            }
+            own.watch.chosen(&own.settings, &report);
         }
         Ok((own.settings != self.settings).then_some(own))
     }
@@ -544,21 +547,27 @@ impl<'m> Solver<'m> {
     /// # Errors
     /// [`SolveError`].
     pub fn choose(&self) -> Result<Settings, SolveError> {
+        let found = self.chosen()?.map(|(settings, _)| settings);
+        Ok(found.unwrap_or_else(|| self.settings.clone()))
+    }
+
+    /// The settings of [`choose`](Self::choose), and what they are predicted to take. `None`: nothing is chosen, or such walks do not pay.
+    fn chosen(&self) -> Result<Option<(Settings, ChoiceReport)>, SolveError> {
         let mut own = self.clone();
         own.settings.global = Some(false);
         own.settings.sequence.get_or_insert(Sequence::Random);
         let found = own.predict()?;
         let found = found.filter(|(_, report)| report.is_preconditioned());
-        Ok(match found {
-            Some((chosen, _)) => Settings {
+        Ok(found.map(|(chosen, report)| {
+            let settings = Settings {
                 tolerance: self.settings.tolerance,
                 walks: self.settings.walks,
                 global: self.settings.global,
                 sequence: self.settings.sequence,
                 ..chosen
-            },
-            None => self.settings.clone(),
-        })
+            };
+            (settings, report)
+        }))
     }
 
     /// What was wrong with the functions of the equation, if that caused an error.
