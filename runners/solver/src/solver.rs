@@ -26,7 +26,7 @@ use crate::{
 use fredholm_core::StopReason;
 use fredholm_model::heat::tolerance_of;
 use fredholm_model::memory::refuse_beyond_memory;
-use fredholm_model::{Ask, Target, goals};
+use fredholm_model::{Ask, LastSteps, Target, goals};
 use fredholm_model::{Request, Wanted};
 use resolvent::ByResolvent;
 
@@ -362,12 +362,15 @@ impl<'m> Solver<'m> {
             cells,
             degree,
             pairs,
+            last_step,
             tolerance,
             walks,
             ..
         } = self.settings;
         let is_endless = tolerance.is_some() && walks.is_none();
-        let is_open = cells.is_none() || degree.is_none() || pairs.is_none() || is_endless;
+        let has_way = last_step.is_none() && self.has_last_steps();
+        let has_cut = cells.is_none() || degree.is_none() || pairs.is_none();
+        let is_open = has_cut || has_way || is_endless;
         let Some(store) = self.systems.0.filter(|_| is_open) else {
             return Ok(None);
         };
@@ -384,6 +387,11 @@ impl<'m> Solver<'m> {
             own.watch.chosen(&own.settings, &report);
         }
         Ok((own.settings != self.settings).then_some(own))
+    }
+
+    /// Whether last steps to the light may be chosen.
+    fn has_last_steps(&self) -> bool {
+        matches!(self.model.about().last_steps, LastSteps::Open { pay: true })
     }
 
     /// The solver whose tolerance is that of walks for temperatures, if the error in kelvin of some is asked for.
@@ -541,8 +549,8 @@ impl<'m> Solver<'m> {
         self.predict()
     }
 
-    /// The settings in which what separate pseudo-random walks with a neighbour equation leave open is chosen, as [`predict`](Self::predict) tells: for
-    /// many solutions that differ by values of the equation and are to have the same draws. Where such walks do not pay, nothing changes.
+    /// The settings in which what separate pseudo-random walks without a lift leave open is chosen, as [`predict`](Self::predict) tells: for
+    /// many solutions that differ by values of the equation and are to have the same draws. Where a neighbour equation does not pay, nothing changes.
     ///
     /// # Errors
     /// [`SolveError`].
@@ -556,14 +564,19 @@ impl<'m> Solver<'m> {
         let mut own = self.clone();
         own.settings.global = Some(false);
         own.settings.sequence.get_or_insert(Sequence::Random);
+        own.settings.lift.get_or_insert(0);
         let found = own.predict()?;
         let found = found.filter(|(_, report)| report.is_preconditioned());
+        // A choice says only that there is one.
+        let none = self.has_last_steps().then_some(false);
         Ok(found.map(|(chosen, report)| {
             let settings = Settings {
                 tolerance: self.settings.tolerance,
                 walks: self.settings.walks,
                 global: self.settings.global,
                 sequence: self.settings.sequence,
+                lift: self.settings.lift,
+                last_step: chosen.last_step.or(none),
                 ..chosen
             };
             (settings, report)
@@ -612,13 +625,24 @@ impl<'m> Solver<'m> {
     pub fn choose_to_diagnose(&self, nodes: usize) -> Result<Settings, SolveError> {
         let (model, own) = (self.model, &self.settings);
         let cells = model.partition(&own.discretisation())?;
-        if own.cells.is_some() {
-            refuse_long(&*cells)?;
-            return self.choose();
+        // What has no diagnosis, or a long one, says so before the choice.
+        match own.cells {
+            Some(_) => refuse_long(&*cells)?,
+            None => {
+                cells.examined_points()?;
+            }
         }
-        // What has no diagnosis says so before the choice.
-        cells.examined_points()?;
-        let mut chosen = self.choose()?;
+        let mut chosen = match self.choose() {
+            Ok(chosen) => chosen,
+            Err(ended @ (SolveError::Cancelled(_) | SolveError::Failed(Error::Cancelled))) => {
+                return Err(ended);
+            }
+            // The diagnosis tells why.
+            Err(_) => own.clone(),
+        };
+        if own.cells.is_some() {
+            return Ok(chosen);
+        }
         let mut fewer = cells_to_choose(model, &chosen.discretisation(), None);
         fewer.retain(|&cells| chosen.cells.is_none_or(|most| cells < most));
         let points = |cut| model.partition(&cut)?.examined_points();

@@ -287,6 +287,18 @@ fn predictions() {
     }
 }
 
+/// What was chosen once leaves nothing open, a last step neither.
+#[test]
+fn what_was_chosen_is_not_chosen_again() {
+    let model = room(Scalar::F64, lit);
+    let open = Solver::new(&model).mean().on("floor", 0.3).walks(2000);
+    let settings = open.choose().unwrap();
+    assert!(settings.last_step.is_some() && settings.cells.is_some());
+    let again = Solver::with(&model, settings, Vec::new());
+    let report = again.mean().on("floor", 0.3).solve().unwrap();
+    assert!(report.choice.is_none(), "{report}");
+}
+
 /// With an error to reach it is chosen where the light is small, and not offered where nothing is bright.
 #[test]
 fn choice() {

@@ -489,6 +489,19 @@ fn many_values_have_one_choice() {
     assert!(known(0.5) < known(0.500_01));
 }
 
+/// What refuses a choice is what a diagnosis tells.
+#[test]
+fn an_infinite_variance_is_diagnosed() {
+    // K has the radius 5/6, and K² 5/4.
+    let u = CubeModel::from_fn::<1>(|x, y| 2.5 * x[0] * y[0], |_| 1.0);
+    let solver = Solver::new(&u).mean().method(Method::Walks);
+    let refused = solver.predict().unwrap_err();
+    assert!(refused.to_string().contains("variance"), "{refused}");
+    let diagnosis = solver.diagnose_in(400).unwrap();
+    assert_eq!(diagnosis.targets[0].plain, None);
+    assert!(diagnosis.kernel_power.is_none(), "{diagnosis:?}");
+}
+
 #[test]
 fn a_sweep_falls_as_theory_says() {
     let model = gauss();
