@@ -2,7 +2,7 @@
 
 /// The version of all bits of results. It grows with every change that CHANGELOG.md calls value-breaking: walks of different
 /// versions are not merged.
-pub const VALUE_VERSION: u32 = 9;
+pub const VALUE_VERSION: u32 = 10;
 
 pub mod answer;
 mod budget;

@@ -30,8 +30,13 @@ pub(super) struct Sample {
 }
 
 impl Sample {
-    /// At most [`TARGETS`] targets and points of grids, evenly chosen.
-    pub(super) fn new(model: &dyn Model, targets: &[Target]) -> Result<Self, Error> {
+    /// At most [`TARGETS`] targets and points of grids: half of them the first of these numbers, each of which stands for itself, and others evenly
+    /// chosen.
+    pub(super) fn new(
+        model: &dyn Model,
+        targets: &[Target],
+        first: &[usize],
+    ) -> Result<Self, Error> {
         let count = targets.len();
         // Receivers of the way back have one set of walks.
         let most = if model.about().is_adjoint {
@@ -41,28 +46,31 @@ impl Sample {
         };
         let kept = count.min(most);
         let channels = model.channels().len().max(1);
-        let numbers: Vec<usize> = (0..kept).map(|i| i * count / kept).collect();
-        let mut few: Vec<Target> = numbers
-            .iter()
-            .filter_map(|&i| targets.get(i).cloned())
-            .collect();
-        let share = count as f64 / kept as f64;
-        let mut weights = Vec::new();
-        for target in &mut few {
-            let Some(points) = target.ask.points() else {
+        let first = &first[..first.len().min(kept / 2)];
+        let others: Vec<usize> = (0..count).filter(|i| !first.contains(i)).collect();
+        let few = kept - first.len();
+        let share = others.len() as f64 / few as f64;
+        let even = (0..few).map(|i| (others[i * others.len() / few], share));
+        let mut numbers: Vec<_> = first.iter().map(|&i| (i, 1.0)).chain(even).collect();
+        numbers.sort_by_key(|&(i, _)| i);
+        let (mut few, mut weights) = (Vec::new(), Vec::new());
+        for &(number, share) in &numbers {
+            let mut target = targets[number].clone();
+            if let Some(points) = target.ask.points() {
+                let fewer = (*points).min((TARGETS / kept).max(1));
+                weights.extend(vec![
+                    share * *points as f64 / fewer as f64;
+                    fewer * channels
+                ]);
+                *points = fewer;
+            } else {
                 weights.extend(vec![share; channels]);
-                continue;
-            };
-            let fewer = (*points).min((TARGETS / kept).max(1));
-            weights.extend(vec![
-                share * *points as f64 / fewer as f64;
-                fewer * channels
-            ]);
-            *points = fewer;
+            }
+            few.push(target);
         }
         Ok(Self {
             numbers: (weights.len() == kept * channels).then(|| {
-                let of = |first: usize| first * channels..(first + 1) * channels;
+                let of = |(first, _)| first * channels..(first + 1) * channels;
                 numbers.into_iter().flat_map(of).collect()
             }),
             goals: goals(model, &few)?,

@@ -76,6 +76,35 @@ fn given_walks_have_their_choice() {
     }
 }
 
+/// One of many targets at which u is nearly 0 takes most walks to a part of u: the choice knows it before any walk of the answer, although pilots have
+/// eight targets.
+#[test]
+fn the_hardest_target_is_among_those_of_pilots() {
+    // ∫ e^−y cos 7y dy on [0, 1].
+    let of_cosine = ((-1.0_f64).exp() * (7.0 * 7.0_f64.sin() - 7.0_f64.cos()) + 1.0) / 50.0;
+    let model = CubeModel::from_fn::<1>(
+        |[x], [y]| 0.6 * (3.0 * x).cos() * (-y).exp(),
+        move |[x]| (7.0 * x).cos() - 0.6 * (3.0 * x).cos() * of_cosine,
+    )
+    .with_solution(|x| (7.0 * x[0]).cos());
+    let mut solver = Solver::new(&model).method(Method::Walks);
+    for number in 0..36 {
+        // Number 5 is no ninth of all.
+        let x = if number == 5 {
+            PI / 14.0 + 1e-3
+        } else {
+            f64::from(number) / 36.0
+        };
+        solver = solver.at(x);
+    }
+    let report = solver.solve_to_relative(1e-6).unwrap();
+    let walks: u64 = report.goals.iter().map(|goal| goal.walks).sum();
+    let predicted = report.choice.unwrap().predicted_walks;
+    assert!(walks as f64 <= 2.0 * predicted, "{walks} of {predicted}");
+    let most = report.goals.iter().max_by_key(|goal| goal.walks).unwrap();
+    assert_eq!(most.name, report.goals[5].name);
+}
+
 #[test]
 fn a_room_and_its_surfaces() {
     let report = Solver::new(&square())
