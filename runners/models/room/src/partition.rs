@@ -32,10 +32,9 @@ const SCORE: f64 = 5e-9;
 const PAIR_OF_CONSTANTS: f64 = 20e-9;
 const PAIR_OF_POLYNOMIALS: f64 = 36e-9;
 const PAIR_DEGREE: f64 = 10e-9;
-/// Seconds of a score by a ray besides the ray; and of a cell's boxes in the set-up, so many rays for every function on a cell: the nearer v is to u,
-/// the more boxes it takes. Measured with 6, 10 and 28 walls and 200 to 1,600 cells of degrees 0 to 4, within a factor of 2.
+/// Seconds of a score by a ray besides the ray; and of a cell's boxes in the set-up, as many rays.
 const RAYS_SCORE: f64 = 130e-9;
-const RAYS_OF_FUNCTION: f64 = 3000.0;
+const RAYS_OF_CELL: f64 = 3000.0;
 /// Seconds of the form factor of a light, for every level of the hierarchy.
 const LIGHT: f64 = 25e-9;
 /// Seconds of an unknown of v from a solution on few cells.
@@ -145,7 +144,7 @@ impl<'m> Partitioned<'m> for RoomPartition<'m> {
     }
 
     fn cost(&self, pairs: Pairs) -> Cost {
-        let [n, unknowns] = [self.mesh.len(), self.unknowns()].map(|number| number as f64);
+        let n = self.mesh.len() as f64;
         let degree = self.cut.degree as f64;
         let walls = self.model.scene.geometry().walls().len();
         let depth = (walls.max(4) as f64).log2();
@@ -175,10 +174,11 @@ impl<'m> Partitioned<'m> for RoomPartition<'m> {
         let boxes = match pairs {
             Pairs::Pointwise => 0.0,
             Pairs::Paper => n * n * PAIR,
-            _ => RAYS_OF_FUNCTION * unknowns * ray,
+            _ => RAYS_OF_CELL * n * ray,
         };
-        let few = few_cells(self.unknowns(), walls) as f64;
-        let setup = few * few * PAIR + unknowns * STEP_FROM_FEW;
+        let unknowns = self.unknowns();
+        let few = few_cells(unknowns, walls) as f64;
+        let setup = few * few * PAIR + unknowns as f64 * STEP_FROM_FEW;
         let cost = Cost {
             setup: setup + boxes,
             source: 0.0,
