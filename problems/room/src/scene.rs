@@ -346,7 +346,8 @@ impl Scene {
     /// [`RoomError::Surface`].
     pub fn length(&self, surface: usize) -> Result<f64, RoomError> {
         let walls = self.walls.get(self.walls_of(surface)?).unwrap_or(&[]);
-        Ok(walls.iter().map(|wall| wall.length).sum())
+        // From 0: the sum of none is −0, over which a length is −∞.
+        Ok(walls.iter().fold(0.0, |all, wall| all + wall.length))
     }
 
     /// Whether light may leave.

@@ -285,6 +285,7 @@ pub(crate) fn of_deck(deck: &Deck) -> Result<Factors, Failure> {
         } => Failure::input(deck.error(parts.lines[at.surface], error)),
         error => Failure::input(error),
     })?;
+    say_covered(&parts.surfaces, &scene);
     let lengths = (0..parts.lines.len()).map(|part| scene.length(part));
     let lengths: Vec<f64> = lengths.collect::<Result<_, _>>().map_err(Failure::run)?;
     let factors = room_factors(&scene).map_err(Failure::run)?;
@@ -311,9 +312,7 @@ pub(crate) fn of_file(name: &str, file: &ProblemFile, watts: bool) -> Result<Fac
         Scalar::F64 => surfaces.scene::<f64>(),
     };
     let scene = scene.map_err(Failure::of(file))?;
-    for note in surfaces.notes(&scene) {
-        say(format_args!("note: {note}"));
-    }
+    say_covered(&surfaces, &scene);
     if watts {
         if own.sky.is_some() {
             let message =
@@ -360,6 +359,13 @@ fn sky_table(sky: &SkyBands, rows: Vec<&[f64]>) -> SkyTable {
         below: rows.iter().map(|row| sum(&row[row.len() - 2..])).collect(),
         std_errors: None,
         bounds: Vec::new(),
+    }
+}
+
+/// Says on stderr what of walls obstacles cover.
+fn say_covered(surfaces: &Surfaces, scene: &Scene) {
+    for note in surfaces.notes(scene) {
+        say(format_args!("note: {note}"));
     }
 }
 

@@ -155,3 +155,26 @@ fn baffles_of_decks_may_cross() {
         &["split them where they meet"],
     );
 }
+
+/// A wall that an obstacle covers wholly gives nothing and receives nothing, and a note says so.
+#[test]
+fn what_is_covered_has_no_factors() {
+    let folder = Folder::new();
+    let deck = "C 1\nG 2\nV 1 0 0\nV 2 1 0\nV 3 1 1\nV 4 0 1\nV 5 0.6 0.5\nS 1 1 2 0 0 0 0.9 floor\n\
+                S 2 2 3 0 0 0 0.9 right\nS 3 3 4 0 0 0 0.9 top\nS 4 4 1 0 0 0 0.9 left\nS 5 2 5 0 0 0 0.9 low\n\
+                S 6 5 3 0 0 0 0.9 high\nEnd of data\n";
+    let path = folder.file("covered.vs2", deck);
+    let ran = fredholm(&["factors", &path, "--json"]);
+    for word in ["note: ", "\"right\"", "is covered by"] {
+        assert!(ran.stderr.contains(word), "{word}: {ran:?}");
+    }
+    let rows = ran.json();
+    let sums = list(&rows, "factors").iter().map(|row| {
+        let numbers = row.as_array().unwrap().iter();
+        numbers.map(|f| f.as_f64().unwrap()).sum::<f64>()
+    });
+    for (number, sum) in sums.enumerate() {
+        let expected = if number == 1 { 0.0 } else { 1.0 };
+        assert!((sum - expected).abs() < 1e-12, "{number}: {sum}");
+    }
+}

@@ -31,7 +31,7 @@ pub struct DeckParts {
 
 impl DeckParts {
     /// The form factors between surfaces, row by row, of those between segments: a surface gives what its parts give in the mean
-    /// over their lengths, and receives what they receive together.
+    /// over their lengths, and receives what they receive together. One that is covered wholly gives nothing.
     #[must_use]
     pub fn combined(&self, factors: &[f64], lengths: &[f64]) -> Vec<f64> {
         let (parts, count) = (self.of.len(), self.names.len());
@@ -43,7 +43,10 @@ impl DeckParts {
         let rows = factors.chunks_exact(parts.max(1));
         for ((from, length), row) in self.of.iter().zip(lengths).zip(rows) {
             // Of a surface that is one segment, exactly 1.
-            let share = length / total[*from];
+            let share = match total[*from] {
+                0.0 => 0.0,
+                all => length / all,
+            };
             for (to, factor) in self.of.iter().zip(row) {
                 all[from * count + to] += share * factor;
             }
