@@ -4,6 +4,7 @@
 //! are the coarsest cells of every family, and all settings that are predicted but by few walks. The one that may take least comes first. In the end the best has a pilot with more walks.
 
 mod candidates;
+mod hardest;
 mod lift;
 mod other_way;
 mod prices;
@@ -12,20 +13,20 @@ mod sequence;
 use std::sync::Arc;
 use web_time::Instant;
 
-use fredholm_core::{MIN_BATCHES, Statistics, Tolerance};
+use fredholm_core::{MIN_BATCHES, Statistics};
 use fredholm_rayon::Observer;
 
 use super::LONG_SECONDS;
 use super::aim::{Aim, Given};
 use super::family::{Family, Prediction};
-use super::pilot::{Known, Pilot, SURE, Sample, Walked};
+use super::pilot::{Known, Pilot, Sample, Walked};
 use super::setting::Setting;
 use super::systems::Systems;
 use crate::answer::{Answer, SolveObserver, Solved, Walks};
 use crate::model::{Request, Wanted};
 use crate::{Error, Model, Partitioned, Settings, WalkOptions};
 use fredholm_model::memory::refuse_beyond_memory;
-use fredholm_model::{About, Target, goals};
+use fredholm_model::{About, Target};
 use lift::Lifts;
 pub(super) use lift::{LIFTED_PILOT, Lifted};
 use other_way::OtherWay;
@@ -33,8 +34,6 @@ pub(super) use prices::{MOMENT, TIMES};
 pub(super) use sequence::OF_SEQUENCE;
 use sequence::Sequences;
 
-/// The fewest walks of a target that tell whether it is one of the hardest.
-const LEAST: u64 = 16;
 /// Walks of a first pilot: it takes less than a hundredth of the least run of 16 batches.
 const FIRST: u64 = 256;
 /// Walks of the pilot of a setting that is about to be chosen: a thirtieth of the least run.
@@ -152,51 +151,6 @@ impl<'m> Search<'m> {
         let hardest = search.hardest(targets);
         search.sample = Sample::new(model, targets, &hardest)?;
         Ok(search)
-    }
-
-    /// The numbers of the targets that few plain walks of each tell to take the most walks, beginning with the most, where pilots have not all and
-    /// the error that is asked for depends on u: few of them take most walks then.
-    fn hardest(&mut self, targets: &[Target]) -> Vec<usize> {
-        let Aim::Error(tolerance) = self.aim else {
-            return Vec::new();
-        };
-        let all = goals(self.model, targets).unwrap_or_default();
-        let few = self.sample.goals.len();
-        let channels = self.model.channels().len().max(1);
-        let is_absolute = matches!(tolerance, Tolerance::Absolute(_));
-        if is_absolute || all.len() == few || all.len() != targets.len() * channels {
-            return Vec::new();
-        }
-        let each = (FIRST * few as u64 / all.len() as u64).max(LEAST);
-        let Some(family) = self.families.iter().find(|family| family.first.plain) else {
-            return Vec::new();
-        };
-        let Some(level) = family.levels.first() else {
-            return Vec::new();
-        };
-        let plain = family.unknown(level, &vec![1.0; all.len()]);
-        self.work += each as f64 * plain.targets * plain.seconds_per_walk;
-        let few = core::mem::replace(&mut self.sample.goals, all);
-        let mut settings = plain.setting.applied(self.settings);
-        settings.sequence = None;
-        let walked = self.walked((&plain.setting, None), settings, each);
-        self.sample.goals = few;
-        let Ok((answer, _)) = walked else {
-            return Vec::new();
-        };
-        // The least error that the estimate leaves possible: noise makes no target hard.
-        let needed = |of: &Statistics| {
-            let found = of.preconditioned();
-            let size = found.estimate.abs() + SURE * found.std_error.unwrap_or(f64::INFINITY);
-            (found.std_dev.unwrap_or(0.0) / tolerance.error_at(size)).powi(2)
-        };
-        let needed = |number: usize| {
-            let own = answer.outcome.statistics.chunks_exact(channels).nth(number);
-            own.map_or(0.0, |own| own.iter().map(needed).fold(0.0, f64::max))
-        };
-        let mut numbers: Vec<(f64, usize)> = (0..targets.len()).map(|i| (needed(i), i)).collect();
-        numbers.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        numbers.into_iter().map(|(_, number)| number).collect()
     }
 
     /// Makes pilots until none may pay any more.
