@@ -88,13 +88,13 @@ pub struct Grid<E> {
     axes: Vec<Vec<f64>>,
 }
 
-impl<E: Cells> Grid<E> {
+impl<E: Regular> Grid<E> {
     /// An equation in so many cells on every axis of each of its own. Inner edges of an axis that are given are edges of cells, if cells are as
     /// many: half of what are more lie as they would without, the others serve all alike.
     #[must_use]
     pub fn new(equation: E, edges: &[Vec<f64>], cells: usize) -> Self {
         let none = Vec::new();
-        let axes = (0..E::DIMENSION).map(|axis| cut(edges.get(axis).unwrap_or(&none), cells));
+        let axes = (0..equation.dimension()).map(|axis| cut(edges.get(axis).unwrap_or(&none), cells));
         Self {
             axes: axes.collect(),
             equation,
@@ -126,7 +126,7 @@ impl<E: Cells> Grid<E> {
     /// The parameters of a point in the equation's own cell of this number.
     fn parameters_of(&self, x: &E::Point, cell: usize) -> [E::Scalar; MOST_DIMENSIONS] {
         let mut t = [E::Scalar::from_f64(0.0); MOST_DIMENSIONS];
-        let own = t.get_mut(..E::DIMENSION).unwrap_or(&mut []);
+        let own = t.get_mut(..self.axes.len()).unwrap_or(&mut []);
         self.equation.parameters(&Located { point: *x, cell }, own);
         t
     }
@@ -162,7 +162,7 @@ impl<E: Space> Space for Grid<E> {
     type Point = E::Point;
 }
 
-impl<E: Cells> Cells for Grid<E> {
+impl<E: Regular> Cells for Grid<E> {
     const DIMENSION: usize = E::DIMENSION;
 
     fn cells(&self) -> usize {
@@ -197,7 +197,7 @@ impl<E: Cells> Cells for Grid<E> {
     fn point(&self, cell: usize, t: &[f64]) -> E::Point {
         let mut all = [0.0; MOST_DIMENSIONS];
         self.whole(cell, t, &mut all);
-        let own = all.get(..E::DIMENSION).unwrap_or(&[]);
+        let own = all.get(..self.axes.len()).unwrap_or(&[]);
         self.equation.point(cell / self.each(), own)
     }
 
@@ -234,6 +234,11 @@ impl<E: Regular> Regular for Grid<E> {
     fn source(&self, x: &E::Point) -> E::Scalar {
         self.equation.source(x)
     }
+
+    #[inline]
+    fn dimension(&self) -> usize {
+        self.axes.len()
+    }
 }
 
 /// Jump of a function on a line.
@@ -262,7 +267,7 @@ struct Found {
 /// change evenly.
 #[must_use]
 pub fn edges<E: Regular>(equation: &E) -> Vec<Vec<f64>> {
-    (0..E::DIMENSION)
+    (0..equation.dimension())
         .map(|axis| of_axis(equation, axis))
         .collect()
 }
@@ -278,13 +283,13 @@ fn of_axis<E: Regular>(equation: &E, axis: usize) -> Vec<f64> {
             all.ends.extend(own.ends);
         }
     }
-    let most = MOST_CELLS.get(E::DIMENSION - 1).copied().unwrap_or(1) - 1;
+    let most = MOST_CELLS.get(equation.dimension() - 1).copied().unwrap_or(1) - 1;
     chosen(highest(all.jumps, |_| true), all.ends, most)
 }
 
 /// What is found on one axis of K from one cell to another, and of F if they are one.
 fn of_pair<E: Regular>(equation: &E, axis: usize, [i, j]: [usize; 2]) -> Found {
-    let is_line = E::DIMENSION == 1;
+    let is_line = equation.dimension() == 1;
     let lines = if is_line { 1 } else { LINES };
     let points = POINTS[usize::from(!is_line)];
     let (mut jumps, mut ends) = (Vec::new(), Vec::new());
@@ -309,7 +314,7 @@ fn of_pair<E: Regular>(equation: &E, axis: usize, [i, j]: [usize; 2]) -> Found {
     }
     for line in 0..LINES {
         let fixed = kronecker_point(line + 1);
-        let fixed = |cell| equation.point(cell, fixed.get(..E::DIMENSION).unwrap_or(&[]));
+        let fixed = |cell| equation.point(cell, fixed.get(..equation.dimension()).unwrap_or(&[]));
         let [from, to] = [fixed(i), fixed(j)];
         let other = kronecker_point(line + LINES + 1);
         let at = |cell: usize, t: f64| place(equation, cell, &other, axis, t);
@@ -347,7 +352,7 @@ fn highest(mut jumps: Vec<Jump>, counts: impl Fn(&[Jump]) -> bool) -> Vec<Jump> 
 }
 
 /// The point of a cell at the parameter t of an axis, and at others on the others.
-fn place<E: Cells>(
+fn place<E: Regular>(
     equation: &E,
     cell: usize,
     others: &[f64; MOST_DIMENSIONS],
@@ -358,7 +363,7 @@ fn place<E: Cells>(
     if let Some(own) = all.get_mut(axis) {
         *own = t.clamp(0.0, 1.0);
     }
-    equation.point(cell, all.get(..E::DIMENSION).unwrap_or(&[]))
+    equation.point(cell, all.get(..equation.dimension()).unwrap_or(&[]))
 }
 
 /// Jumps of a function on [0, 1], and intervals that have their share of its variation.

@@ -146,16 +146,17 @@ impl<'a, E: Regular> Images<'a, E> {
         scored: usize,
         [rules, small]: [&[Vec<Vec<AxisNode>>; 2]; 2],
     ) -> Result<Self, GalerkinError> {
+        let dimension = resolvent.equation.dimension();
         let cube =
             |[one, other]: &[Vec<Vec<AxisNode>>; 2], functions| -> Result<_, GalerkinError> {
                 let [one, other] =
-                    [one, other].map(|axes| CubeNodes::new(axes, E::DIMENSION, functions));
+                    [one, other].map(|axes| CubeNodes::new(axes, dimension, functions));
                 Ok([one?, other?])
             };
         let mut images = Self {
             scored,
             rules: cube(rules, scored)?,
-            small: cube(small, E::DIMENSION + 1)?,
+            small: cube(small, dimension + 1)?,
             known: [Vec::new(), Vec::new()],
             largest: 0.0,
             resolvent,
@@ -164,7 +165,7 @@ impl<'a, E: Regular> Images<'a, E> {
             let cells = images.resolvent.tables.measures.len();
             *known = reserve(cells.saturating_mul(rule.shares.len()))?;
             for cell in 0..cells {
-                for t in rule.places.chunks_exact(E::DIMENSION) {
+                for t in rule.places.chunks_exact(dimension) {
                     let y = images.resolvent.at(cell, t);
                     let value = images.resolvent.value(&y);
                     images.largest = images.largest.max(value.abs());
@@ -173,6 +174,10 @@ impl<'a, E: Regular> Images<'a, E> {
             }
         }
         Ok(images)
+    }
+
+    fn dimension(&self) -> usize {
+        self.resolvent.equation.dimension()
     }
 
     /// Adds ∫ K(x, y) ψ(y) dμ(y) of every function of every cell to `integrals`, of zeros, and returns (T_K g)(x).
@@ -220,13 +225,13 @@ impl<'a, E: Regular> Images<'a, E> {
                     after.push(part);
                     continue;
                 }
-                for number in 0..1_u32 << E::DIMENSION {
+                for number in 0..1_u32 << self.dimension() {
                     let mut half = Part {
                         halvings: part.halvings + 1,
                         ..part
                     };
                     let width = power_of(0.5, half.halvings);
-                    for (axis, low) in half.low.iter_mut().enumerate().take(E::DIMENSION) {
+                    for (axis, low) in half.low.iter_mut().enumerate().take(self.dimension()) {
                         *low += f64::from(number >> axis & 1) * width;
                     }
                     after.extend(self.take(x, half, may, &mut sums));
@@ -251,7 +256,7 @@ impl<'a, E: Regular> Images<'a, E> {
         let rules = self.rules.iter().zip(&self.known);
         for (number, (all, (rule, known))) in all.iter_mut().zip(rules).enumerate() {
             for (cell, known) in known.chunks_exact(rule.shares.len()).enumerate() {
-                let nodes = rule.iter(E::DIMENSION, self.scored).zip(known);
+                let nodes = rule.iter(self.dimension(), self.scored).zip(known);
                 for ((t, share, functions), (_, value)) in nodes {
                     let density = density(&self.resolvent.at(cell, t));
                     let weight = self.measure(cell) * share * density;
@@ -280,7 +285,7 @@ impl<'a, E: Regular> Images<'a, E> {
         let next = power(cell).max(power(x.cell));
         let [own, there] = [cell, x.cell].map(|cell| self.resolvent.equation.place(cell));
         if own != there {
-            let is_next = E::DIMENSION == 1 && own.abs_diff(there) == 1 && next > 1;
+            let is_next = self.dimension() == 1 && own.abs_diff(there) == 1 && next > 1;
             let is_after = own > there;
             let anchor = Anchor {
                 at: [if is_after { 0.0 } else { 1.0 }; MOST_DIMENSIONS],
@@ -292,13 +297,13 @@ impl<'a, E: Regular> Images<'a, E> {
                 ..whole
             });
         }
-        for sides in 0..1 << E::DIMENSION {
+        for sides in 0..1 << self.dimension() {
             let anchor = Anchor {
                 at: x.parameters,
                 sides,
                 power: next,
             };
-            let has_room = (0..E::DIMENSION).all(|axis| anchor.reach(axis).0 > 0.0);
+            let has_room = (0..self.dimension()).all(|axis| anchor.reach(axis).0 > 0.0);
             if has_room {
                 visit(Part {
                     anchor: Some(anchor),
@@ -332,7 +337,7 @@ impl<'a, E: Regular> Images<'a, E> {
         let rounding = ROUNDING * epsilon * (fine[0].abs() + self.largest * fine[1].abs());
         let is_last = part.halvings >= MOST_HALVINGS;
         // As many parts lie along a jump.
-        let may = may * power_of(0.5, (E::DIMENSION as i32 - 1) * part.halvings);
+        let may = may * power_of(0.5, (self.dimension() as i32 - 1) * part.halvings);
         // Written so that NaN is taken, and seen.
         if error > may.max(rounding) && !is_last {
             return Some(Part {
@@ -355,7 +360,7 @@ impl<'a, E: Regular> Images<'a, E> {
     fn rules_of(&self, part: &Part) -> (&[CubeNodes; 2], usize) {
         match part.halvings < SMALL {
             true => (&self.rules, self.scored),
-            false => (&self.small, E::DIMENSION + 1),
+            false => (&self.small, self.dimension() + 1),
         }
     }
 
@@ -370,7 +375,7 @@ impl<'a, E: Regular> Images<'a, E> {
             nodes.clear();
             sums.image.evaluations += count as u64;
             if !self.is_whole(part) {
-                let places = rule.places.chunks_exact(E::DIMENSION);
+                let places = rule.places.chunks_exact(self.dimension());
                 nodes.extend(places.map(|at| self.node(x, part, at)));
                 continue;
             }
@@ -388,7 +393,7 @@ impl<'a, E: Regular> Images<'a, E> {
     /// K and K g where numbers in [0, 1]^d lie in a part, times its size.
     fn node(&self, x: &CellPoint<E::Point>, part: &Part, at: &[f64]) -> Node {
         let (t, share) = self.place(part, at);
-        let t = t.get(..E::DIMENSION).unwrap_or(&[]);
+        let t = t.get(..self.dimension()).unwrap_or(&[]);
         let y = self.resolvent.at(part.cell, t);
         let k = self.resolvent.equation.kernel(&x.point, &y.point);
         let kernel = self.measure(part.cell) * share * k.to_f64();
@@ -405,12 +410,12 @@ impl<'a, E: Regular> Images<'a, E> {
         let ((rules, count), [_, nodes]) = (self.rules_of(part), &sums.nodes);
         let [_, rule] = rules;
         let mut there = [0.0; MOST_SCORED];
-        for ((at, share, functions), node) in rule.iter(E::DIMENSION, count).zip(nodes) {
+        for ((at, share, functions), node) in rule.iter(self.dimension(), count).zip(nodes) {
             let mut functions = functions;
             if !self.is_whole(part) {
                 let (t, _) = self.place(part, at);
                 let there = there.get_mut(..self.scored).unwrap_or(&mut []);
-                fill_products(t.get(..E::DIMENSION).unwrap_or(&[]), there);
+                fill_products(t.get(..self.dimension()).unwrap_or(&[]), there);
                 functions = there;
             }
             for (integral, psi) in own.iter_mut().zip(functions) {
@@ -426,13 +431,13 @@ impl<'a, E: Regular> Images<'a, E> {
         let mut polynomial = [0.0; MOST_SCORED];
         let ((rules, count), [of_coarse, of_fine]) = (self.rules_of(part), nodes);
         let [coarse, fine] = rules;
-        for ((_, share, functions), node) in fine.iter(E::DIMENSION, count).zip(of_fine) {
+        for ((_, share, functions), node) in fine.iter(self.dimension(), count).zip(of_fine) {
             for (to, psi) in polynomial.iter_mut().zip(functions) {
                 *to += share * node.value * psi;
             }
         }
         // Where the polynomial has not been fitted.
-        let all = coarse.iter(E::DIMENSION, count).zip(of_coarse);
+        let all = coarse.iter(self.dimension(), count).zip(of_coarse);
         let squares = all.map(|((_, share, functions), node)| {
             let left = node.value - dot(functions, &polynomial);
             share * left * left
@@ -456,7 +461,7 @@ impl<'a, E: Regular> Images<'a, E> {
         let mut scores = [0.0; SAMPLES];
         for score in &mut scores {
             let mut at = [0.0; MOST_DIMENSIONS];
-            let at = at.get_mut(..E::DIMENSION).unwrap_or(&mut []);
+            let at = at.get_mut(..self.dimension()).unwrap_or(&mut []);
             at.iter_mut().for_each(|at| *at = draws.uniform());
             let mut functions = [0.0; MOST_SCORED];
             let (_, count) = self.rules_of(part);
@@ -482,7 +487,7 @@ impl<'a, E: Regular> Images<'a, E> {
         let nearest = 4.0 * epsilon * self.resolvent.tables.measures.len() as f64;
         let all_ends = self.resolvent.ends_of(part.cell);
         let axes = place.iter_mut().zip(at).zip(&part.low);
-        for (axis, ((t, at), low)) in axes.enumerate().take(E::DIMENSION) {
+        for (axis, ((t, at), low)) in axes.enumerate().take(self.dimension()) {
             let own = low + width * at;
             share *= width;
             let ends = all_ends.get(2 * axis..2 * (axis + 1)).unwrap_or(&[]);

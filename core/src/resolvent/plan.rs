@@ -380,7 +380,7 @@ impl<P: Copy> Round<'_, '_, P> {
         let cell = kind.and_then(Kind::cell);
         let width = cell.map_or(1, |_| self.plan.scored);
         let is_one = group.strata.len() == 1;
-        let coordinates = 2 * E::DIMENSION + usize::from(!is_one);
+        let coordinates = 2 * resolvent.equation.dimension() + usize::from(!is_one);
         let points = 1_u64 << group.log2;
         let mut all = GroupScores {
             cell,

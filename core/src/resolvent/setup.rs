@@ -192,8 +192,8 @@ impl<'a, E: Regular> GalerkinRows<'a, E> {
         let mut rows = Self {
             equation,
             functions,
-            left: CubeNodes::new(&[left], E::DIMENSION, functions)?,
-            right: CubeNodes::new(&[axis], E::DIMENSION, functions)?,
+            left: CubeNodes::new(&[left], equation.dimension(), functions)?,
+            right: CubeNodes::new(&[axis], equation.dimension(), functions)?,
             of_ends: Vec::new(),
             axis: axis.to_vec(),
             points: Vec::new(),
@@ -208,7 +208,7 @@ impl<'a, E: Regular> GalerkinRows<'a, E> {
         let mut points = reserve(cells.saturating_mul(self.right.shares.len()))?;
         for cell in 0..cells {
             let [_, right] = self.rules(cell);
-            let places = right.places.chunks_exact(E::DIMENSION);
+            let places = right.places.chunks_exact(self.equation.dimension());
             points.extend(places.map(|t| self.equation.point(cell, t)));
         }
         self.points = points;
@@ -228,7 +228,7 @@ impl<'a, E: Regular> GalerkinRows<'a, E> {
     /// # Errors
     /// [`GalerkinError::Memory`].
     pub fn with_ends(mut self, ends: &[CellEnd]) -> Result<Self, GalerkinError> {
-        let cells = ends.chunks_exact(2 * E::DIMENSION);
+        let cells = ends.chunks_exact(2 * self.equation.dimension());
         let own = cells.map(|ends| {
             let is_one = ends.iter().any(|end| end.power > 1);
             is_one.then(|| [&self.left, &self.right].map(|rule| rule.towards(ends)))
@@ -248,13 +248,13 @@ impl<'a, E: Regular> GalerkinRows<'a, E> {
     /// Fills ∫ K(x, y) ψ_b(y) over a cell at the place of x by a rule that is graded towards x on every axis; whether all values were finite.
     fn near(&self, x: &E::Point, at: &[f64], cell: usize, integrals: &mut [f64]) -> bool {
         let sides = 2 * self.axis.len();
-        let count = sides.saturating_pow(E::DIMENSION as u32);
+        let count = sides.saturating_pow(self.equation.dimension() as u32);
         let mut functions = vec![0.0; self.functions];
         let mut is_finite = true;
         for number in 0..count {
             let (mut rest, mut share) = (number, 1.0);
             let mut t = [0.0; MOST_DIMENSIONS];
-            let own = t.get_mut(..E::DIMENSION).unwrap_or(&mut []);
+            let own = t.get_mut(..self.equation.dimension()).unwrap_or(&mut []);
             for (t, at) in own.iter_mut().zip(at) {
                 let Some(node) = self.axis.get(rest % sides / 2) else {
                     continue;
@@ -281,7 +281,7 @@ impl<'a, E: Regular> GalerkinRows<'a, E> {
 
     /// Fills the B rows of K' of a cell, N numbers each; whether all values of the kernel were finite.
     pub fn fill(&self, cell: usize, rows: &mut [f64]) -> bool {
-        let (functions, dimension) = (self.functions, E::DIMENSION);
+        let (functions, dimension) = (self.functions, self.equation.dimension());
         let width = self.equation.cells() * functions;
         let nodes = self.right.shares.len();
         let mut integrals = vec![0.0; functions];
@@ -328,7 +328,7 @@ impl<'a, E: Regular> GalerkinRows<'a, E> {
     pub fn means(&self, cell: usize, function: &dyn Fn(&E::Point) -> f64) -> Vec<f64> {
         let mut means = vec![0.0; self.functions];
         let [_, right] = self.rules(cell);
-        for (t, share, psi) in right.iter(E::DIMENSION, self.functions) {
+        for (t, share, psi) in right.iter(self.equation.dimension(), self.functions) {
             let value = share * function(&self.equation.point(cell, t));
             for (mean, psi) in means.iter_mut().zip(psi) {
                 *mean += value * psi;
@@ -364,14 +364,14 @@ pub fn singularity<E: Regular>(equation: &E) -> f64 {
     for (number, found) in exponents.iter_mut().enumerate() {
         let cell = number * equation.cells() / GRADING_LOOKS;
         let mut t = [0.0; MOST_DIMENSIONS];
-        let own = t.get_mut(..E::DIMENSION).unwrap_or(&mut []);
+        let own = t.get_mut(..equation.dimension()).unwrap_or(&mut []);
         own.iter_mut().for_each(|t| *t = draws.uniform());
         let x = equation.point(cell, own);
         *found = beside(equation, cell)
             .map(|into| {
                 exponent(|distance| {
                     let mut t = t;
-                    let own = t.get_mut(..E::DIMENSION).unwrap_or(&mut []);
+                    let own = t.get_mut(..equation.dimension()).unwrap_or(&mut []);
                     for t in own.iter_mut() {
                         // Towards the middle.
                         *t += if *t < 0.5 { distance } else { -distance };
@@ -392,19 +392,19 @@ pub fn singularity<E: Regular>(equation: &E) -> f64 {
 /// [`GalerkinError::Memory`].
 pub fn ends<E: Regular>(equation: &E) -> Result<(Vec<CellEnd>, f64), GalerkinError> {
     let cells = equation.cells();
-    let (mut all, mut largest) = (reserve(2 * E::DIMENSION * cells)?, 0.0_f64);
+    let (mut all, mut largest) = (reserve(2 * equation.dimension() * cells)?, 0.0_f64);
     let at = |cell: usize, look: u32| {
         let place = kronecker_point(look);
-        equation.point(cell, place.get(..E::DIMENSION).unwrap_or(&[]))
+        equation.point(cell, place.get(..equation.dimension()).unwrap_or(&[]))
     };
     for cell in 0..cells {
-        for (axis, is_high) in (0..E::DIMENSION).flat_map(|axis| [(axis, false), (axis, true)]) {
+        for (axis, is_high) in (0..equation.dimension()).flat_map(|axis| [(axis, false), (axis, true)]) {
             let beside = |look: usize, distance: f64| {
                 let mut t = kronecker_point((1 + END_LOOKS + look) as u32);
                 if let Some(t) = t.get_mut(axis) {
                     *t = if is_high { 1.0 - distance } else { distance };
                 }
-                equation.point(cell, t.get(..E::DIMENSION).unwrap_or(&[]))
+                equation.point(cell, t.get(..equation.dimension()).unwrap_or(&[]))
             };
             let looks: [[f64; 3]; END_LOOKS] = core::array::from_fn(|look| {
                 let other = at(look * cells / END_LOOKS, 1 + look as u32);
@@ -423,7 +423,7 @@ pub fn ends<E: Regular>(equation: &E) -> Result<(Vec<CellEnd>, f64), GalerkinErr
             largest = largest.max(found[0]);
             let is_told = |distance: f64| {
                 let mut t = [E::Scalar::from_f64(0.0); MOST_DIMENSIONS];
-                let own = t.get_mut(..E::DIMENSION).unwrap_or(&mut []);
+                let own = t.get_mut(..equation.dimension()).unwrap_or(&mut []);
                 let point = beside(0, distance);
                 equation.parameters(&Located { point, cell }, own);
                 let t = own.get(axis).map_or(0.0, |t| t.to_f64());
@@ -449,7 +449,7 @@ pub fn ends<E: Regular>(equation: &E) -> Result<(Vec<CellEnd>, f64), GalerkinErr
 
 /// Whether K is not smooth at x = y, in one dimension, as some points tell.
 pub fn is_rough<E: Regular>(equation: &E) -> bool {
-    if E::DIMENSION != 1 {
+    if equation.dimension() != 1 {
         return false;
     }
     let mut rough = 0;
@@ -523,7 +523,7 @@ impl<E: Regular> Resolvent<'_, E> {
                 sum += difference * difference;
             }
             let mut points = f64::from(count);
-            if E::DIMENSION == 1 {
+            if self.equation.dimension() == 1 {
                 let square = |x: f64, y: f64| {
                     let [x, y] = [self.at(cell, &[x]), self.at(into, &[y])];
                     let difference = self.difference(&x, &y);
@@ -553,7 +553,7 @@ impl<E: Regular> Resolvent<'_, E> {
         }
         for into in cell.saturating_sub(1)..(cell + 2).min(cells) {
             let is_next = into != cell;
-            if is_next && E::DIMENSION > 1 {
+            if is_next && self.equation.dimension() > 1 {
                 continue;
             }
             let [_, of_next] = match is_next {

@@ -152,10 +152,10 @@ impl<E: Regular> Resolvent<'_, E> {
     pub fn locate(&self, point: E::Point) -> CellPoint<E::Point> {
         let cell = self.equation.locate(&point);
         let mut t = [E::Scalar::from_f64(0.0); MOST_DIMENSIONS];
-        let own = t.get_mut(..E::DIMENSION).unwrap_or(&mut []);
+        let own = t.get_mut(..self.equation.dimension()).unwrap_or(&mut []);
         self.equation.parameters(&Located { point, cell }, own);
         let t = t.map(Real::to_f64);
-        self.located(cell, point, t.get(..E::DIMENSION).unwrap_or(&[]))
+        self.located(cell, point, t.get(..self.equation.dimension()).unwrap_or(&[]))
     }
 
     /// The point of a cell at these parameters.
@@ -289,7 +289,7 @@ impl<E: Regular> Resolvent<'_, E> {
         }
         let mut functions = [0.0; MOST_SCORED];
         let own = functions.get_mut(..scores.len()).unwrap_or(&mut []);
-        let t = z.parameters.get(..E::DIMENSION).unwrap_or(&[]);
+        let t = z.parameters.get(..self.equation.dimension()).unwrap_or(&[]);
         fill_products(t, own);
         for (to, psi) in scores.iter_mut().zip(own) {
             *to += score * *psi;
@@ -323,7 +323,7 @@ impl<E: Regular> Resolvent<'_, E> {
         draws: &mut U,
     ) -> (CellPoint<E::Point>, f64) {
         let mut t = [0.0; MOST_DIMENSIONS];
-        let own = t.get_mut(..E::DIMENSION).unwrap_or(&mut []);
+        let own = t.get_mut(..self.equation.dimension()).unwrap_or(&mut []);
         for t in own.iter_mut() {
             *t = draws.uniform();
         }
@@ -341,7 +341,7 @@ impl<E: Regular> Resolvent<'_, E> {
 
     /// The ends of a cell, or nothing.
     pub(super) fn ends_of(&self, cell: usize) -> &[CellEnd] {
-        let width = 2 * E::DIMENSION;
+        let width = 2 * self.equation.dimension();
         let own = self.tables.ends.get(cell * width..(cell + 1) * width);
         own.unwrap_or(&[])
     }
@@ -356,7 +356,7 @@ impl<E: Regular> Resolvent<'_, E> {
     ) -> (CellPoint<E::Point>, f64) {
         let power = |cell: usize| self.tables.near.get(cell).copied().unwrap_or(0);
         let [from, to] = [z.cell, into].map(|cell| self.equation.place(cell));
-        let is_next = E::DIMENSION == 1 && from.abs_diff(to) == 1;
+        let is_next = self.equation.dimension() == 1 && from.abs_diff(to) == 1;
         let power = match from == to || is_next {
             true => power(into).max(power(z.cell)),
             false => 0,
@@ -388,9 +388,9 @@ impl<E: Regular> Resolvent<'_, E> {
         };
         // From an end there is one side.
         let is_inner = nearest < t[0] && t[0] < 1.0 - nearest;
-        let is_sided = E::DIMENSION == 1 && to == from && is_inner;
+        let is_sided = self.equation.dimension() == 1 && to == from && is_inner;
         let (mut share, mut density, mut is_near) = (1.0, 1.0, None);
-        let own = t.get_mut(..E::DIMENSION).unwrap_or(&mut []);
+        let own = t.get_mut(..self.equation.dimension()).unwrap_or(&mut []);
         for t in own.iter_mut() {
             let mut uniform: f64 = draws.uniform();
             // The first coordinate tells which half it is.

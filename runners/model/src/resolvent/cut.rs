@@ -1,8 +1,8 @@
 //! A solved equation.
 
-use fredholm_core::galerkin::{buffer, functions};
+use fredholm_core::galerkin::{Cells, buffer, functions};
 use fredholm_core::resolvent::{
-    AxisNode, CellEnd, CellPoint, Coarse, GalerkinRows, Plan, Regular, Resolvent, ResolventLooks,
+    AxisNode, CellEnd, CellPoint, Coarse, GalerkinRows, Grid, Plan, Regular, Resolvent, ResolventLooks,
     ResolventTables, ends, grading, is_rough, singularity,
 };
 use fredholm_core::{Real, Tolerance};
@@ -13,7 +13,8 @@ use super::blocks::Blocks;
 use super::images::{ImageField, ImageMaker, scored};
 use super::inverse::{Factors, factors, go_on, inverse};
 use super::walks::{Imaging, Sums, Walks};
-use super::{Functional, RegularKind, ResolventEstimate, ResolventFigures};
+use super::regular::{AnyPoint, AnyRegular, Functional, PointWeight};
+use super::{ResolventEstimate, ResolventFigures};
 use crate::{Error, GlobalField, Goal, Region};
 
 /// The most values that are looked at while walks go on, where they are images.
@@ -102,23 +103,22 @@ pub trait ResolventWalks: Sync {
 }
 
 /// Solved equation on fewer cells, by whose resolvent walks go on, with the factors by which that on the finer cells is solved.
-pub(super) struct OnCoarse<'k, E: Regular> {
-    cut: Box<Cut<'k, E>>,
+pub(super) struct OnCoarse<'k> {
+    cut: Box<Cut<'k>>,
     factors: Factors,
     /// [`Coarse::share`].
     share: f64,
 }
 
 /// A solved equation.
-pub(super) struct Cut<'k, E: Regular> {
-    pub(super) equation: E,
-    pub(super) kind: &'k dyn RegularKind<E>,
+pub(super) struct Cut<'k> {
+    pub(super) equation: Grid<AnyRegular<'k>>,
     pub(super) functions: usize,
     pub(super) measures: Vec<f64>,
     pub(super) kernel: Vec<f64>,
     /// R̂, or nothing where walks go on by a coarse resolvent.
     pub(super) resolvent: Vec<f64>,
-    pub(super) coarse: Option<OnCoarse<'k, E>>,
+    pub(super) coarse: Option<OnCoarse<'k>>,
     pub(super) source: Vec<f64>,
     pub(super) correction: Vec<f64>,
     pub(super) looks: ResolventLooks,
@@ -141,37 +141,30 @@ pub(super) fn on_axis(rule: &[(f64, f64)]) -> Vec<AxisNode> {
 ///
 /// # Errors
 /// [`Error::NotFinite`], [`Error::Regular`]: I − K' is singular. [`Error::Galerkin`]: memory. [`Error::Cancelled`].
-pub fn cut_of<'k, E>(
-    equation: E,
-    kind: &'k dyn RegularKind<E>,
+pub fn cut_of<'k>(
+    equation: Grid<AnyRegular<'k>>,
     degree: usize,
-    coarse: Option<(E, usize)>,
+    coarse: Option<(Grid<AnyRegular<'k>>, usize)>,
     watch: &dyn Observer,
-) -> Result<Box<dyn ResolventCut + 'k>, Error>
-where
-    E: Regular<Point: Send + Sync> + Send + Sync + 'k,
-{
-    let coarse = coarse.map(|(equation, degree)| solved(equation, kind, degree, None, watch));
+) -> Result<Box<dyn ResolventCut + 'k>, Error> {
+    let coarse = coarse.map(|(equation, degree)| solved(equation, degree, None, watch));
     let coarse = coarse.transpose()?;
-    Ok(Box::new(solved(equation, kind, degree, coarse, watch)?))
+    Ok(Box::new(solved(equation, degree, coarse, watch)?))
 }
 
 /// A solved equation, with a coarse one or none.
-fn solved<'k, E>(
-    equation: E,
-    kind: &'k dyn RegularKind<E>,
+fn solved<'k>(
+    equation: Grid<AnyRegular<'k>>,
     degree: usize,
-    coarse: Option<Cut<'k, E>>,
+    coarse: Option<Cut<'k>>,
     watch: &dyn Observer,
-) -> Result<Cut<'k, E>, Error>
-where
-    E: Regular<Point: Send + Sync> + Send + Sync,
-{
-    let (cells, own) = (equation.cells(), functions(E::DIMENSION, degree));
+) -> Result<Cut<'k>, Error> {
+    let dimension = equation.dimension();
+    let (cells, own) = (equation.cells(), functions(dimension, degree));
     // Of one node more on the right: no two of them are the same.
     let rules = [gauss(degree + 1)?, gauss(degree + 2)?].map(|rule| on_axis(&rule));
     let exponent = gathered(|| singularity(&equation));
-    if exponent >= LEAST_INFINITE * E::DIMENSION as f64 {
+    if exponent >= LEAST_INFINITE * dimension as f64 {
         return Err(Error::Regular {
             message: format!(
                 "the kernel has no integral: it grows like |x - y|^-{exponent:.2} at x = y"
@@ -186,7 +179,7 @@ where
             ),
         });
     }
-    let near = grading(exponent, E::DIMENSION);
+    let near = grading(exponent, dimension);
     let rows = GalerkinRows::new(&equation, own, [&rules[0], &rules[1]])?;
     let rows = rows.with_ends(&ends)?.with_grading(near);
     let width = cells * own;
@@ -256,7 +249,6 @@ where
     let nothing = ResolventLooks::default();
     let mut cut = Cut {
         equation,
-        kind,
         functions: own,
         measures,
         kernel,
@@ -284,11 +276,8 @@ where
     Ok(cut)
 }
 
-impl<E> Cut<'_, E>
-where
-    E: Regular<Point: Send + Sync> + Sync,
-{
-    pub(super) fn resolvent(&self) -> Resolvent<'_, E> {
+impl<'k> Cut<'k> {
+    pub(super) fn resolvent(&self) -> Resolvent<'_, Grid<AnyRegular<'k>>> {
         Resolvent {
             equation: &self.equation,
             tables: self.tables(),
@@ -341,10 +330,10 @@ where
     }
 
     /// What a goal asks for, with its coefficients (ψ, Φ).
-    pub(super) fn ask(&self, region: &Region) -> Result<Asked<'_, E::Point>, Error> {
+    pub(super) fn ask(&self, region: &Region) -> Result<Asked<'_>, Error> {
         let resolvent = self.resolvent();
         let (width, own) = (self.source.len(), self.functions);
-        let functional = self.kind.functional(&self.equation, region)?;
+        let functional = self.equation.equation().functional(region)?;
         let mut moments = vec![0.0; width];
         let mut asked = Asked {
             weights: vec![0.0; width],
@@ -426,27 +415,24 @@ where
 }
 
 /// What a goal asks for.
-pub(super) struct Asked<'c, P> {
+pub(super) struct Asked<'c> {
     /// w, and the coefficients of the functional itself unless it is a point.
     pub(super) weights: Vec<f64>,
     /// The part that takes no walks.
     pub(super) known: f64,
     /// The sum of the sizes of its terms.
     pub(super) size: f64,
-    pub(super) point: Option<CellPoint<P>>,
-    pub(super) rest: Option<Rest<'c, P>>,
+    pub(super) point: Option<CellPoint<AnyPoint>>,
+    pub(super) rest: Option<Rest<'c>>,
 }
 
 /// A weight, and its polynomials.
-pub(super) struct Rest<'c, P> {
-    pub(super) weight: Box<dyn Fn(&P) -> f64 + Sync + 'c>,
+pub(super) struct Rest<'c> {
+    pub(super) weight: PointWeight<'c, AnyPoint>,
     pub(super) polynomial: Vec<f64>,
 }
 
-impl<E> ResolventCut for Cut<'_, E>
-where
-    E: Regular<Point: Send + Sync> + Send + Sync,
-{
+impl ResolventCut for Cut<'_> {
     fn figures(&self) -> ResolventFigures {
         let unknowns = self.source.len();
         ResolventFigures {
@@ -456,13 +442,13 @@ where
             condition: self.condition,
             // Sums of so many terms round like the root of their number (Higham and Mary 2019).
             rounding: self.condition
-                * <E::Scalar as Real>::EPSILON.to_f64()
+                * f64::EPSILON
                 * (unknowns as f64).sqrt(),
         }
     }
 
     fn has_images(&self) -> bool {
-        self.coarse.is_none() && scored(E::DIMENSION, self.functions).is_some()
+        self.coarse.is_none() && scored(self.equation.dimension(), self.functions).is_some()
     }
 
     fn walks<'c>(
@@ -515,7 +501,7 @@ where
             steps: 0,
         };
         for goal in 0..count {
-            let of_plan = |plan: Plan<'_, E::Point>| [plan.std_dev(), plan.strata()];
+            let of_plan = |plan: Plan<'_, AnyPoint>| [plan.std_dev(), plan.strata()];
             let [std_dev, strata] = walks.with_plan(goal, |plan| plan.map_or([0.0; 2], of_plan))?;
             walks.own[goal] = std_dev;
             walks.strata += strata;

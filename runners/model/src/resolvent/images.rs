@@ -2,7 +2,7 @@
 
 use fredholm_core::galerkin::{buffer, degree_of, functions};
 use fredholm_core::resolvent::{
-    AxisNode, CellPoint, Image, ImageBounds, Images, MOST_SCORED, Regular, total_degrees,
+    AxisNode, CellPoint, Grid, Image, ImageBounds, Images, MOST_SCORED, Regular, total_degrees,
 };
 use fredholm_core::{DefaultGenerator, Real, RngUniforms, WalkSeeds};
 use fredholm_rayon::{fill_rows, gathered};
@@ -10,6 +10,7 @@ use fredholm_variance::{gauss, gauss_lobatto};
 
 use super::blocks::{BlockSum, Blocks, sign};
 use super::cut::{Asked, Cut, on_axis};
+use super::regular::{AnyPoint, AnyRegular};
 use crate::{Error, GLOBAL_REPLICATES, GlobalField, GlobalQuantity, IMAGE_HEAD, Region, only_u};
 
 /// The degree on which points score, above that of the tables: a projection on polynomials of degree p loses all that they leave.
@@ -39,14 +40,14 @@ pub(super) fn scored(dimension: usize, own: usize) -> Option<usize> {
 
 /// A rule with both ends and one without: a kink that is nearer to an edge than all nodes of the second one is seen by the first. Of a jump
 /// along a diagonal the first one has nodes on it, which count for one side, and the second one has none.
-fn compared<E: Regular>(points: usize) -> Result<[Vec<Vec<AxisNode>>; 2], Error> {
-    let inset = INSET * E::Scalar::EPSILON.to_f64();
+fn compared(points: usize, dimension: usize) -> Result<[Vec<Vec<AxisNode>>; 2], Error> {
+    let inset = INSET * f64::EPSILON;
     let mut closed = on_axis(&gauss_lobatto(points)?);
     closed
         .iter_mut()
         .for_each(|node| node.at = node.at.clamp(inset, 1.0 - inset));
     let open = [0, 1, 2].map(|more| gauss(points - 1 + more));
-    let open = open.into_iter().take(E::DIMENSION);
+    let open = open.into_iter().take(dimension);
     let open = open.map(|rule| Ok::<_, Error>(on_axis(&rule?)));
     Ok([vec![closed], open.collect::<Result<_, _>>()?])
 }
@@ -64,9 +65,9 @@ pub(super) struct Imaged {
 }
 
 /// Images of a solved equation.
-pub(super) struct ImageMaker<'c, 'k, E: Regular> {
-    cut: &'c Cut<'k, E>,
-    images: Images<'c, E>,
+pub(super) struct ImageMaker<'c, 'k> {
+    cut: &'c Cut<'k>,
+    images: Images<'c, Grid<AnyRegular<'k>>>,
     pub(super) scored: usize,
     /// Where the functions of the tables are among those that points score on.
     places: Vec<usize>,
@@ -75,20 +76,18 @@ pub(super) struct ImageMaker<'c, 'k, E: Regular> {
     seed: u64,
 }
 
-impl<'c, 'k, E> ImageMaker<'c, 'k, E>
-where
-    E: Regular<Point: Send + Sync> + Sync,
-{
+impl<'c, 'k> ImageMaker<'c, 'k> {
     /// Images that may be off by so much, with draws of this seed.
-    pub(super) fn new(cut: &'c Cut<'k, E>, (error, seed): (f64, u64)) -> Result<Self, Error> {
-        let Some(scored) = scored(E::DIMENSION, cut.functions) else {
+    pub(super) fn new(cut: &'c Cut<'k>, (error, seed): (f64, u64)) -> Result<Self, Error> {
+        let dimension = cut.equation.dimension();
+        let Some(scored) = scored(dimension, cut.functions) else {
             return Err(Error::Internal("no functions of a higher degree"));
         };
-        let degree = degree_of(E::DIMENSION, scored);
+        let degree = degree_of(dimension, scored);
         // One has a node in the middle and the other has none: where K jumps between all nodes, both would say that it is there.
-        let (rules, small) = (compared::<E>(degree + 2)?, compared::<E>(3)?);
-        let own = degree_of(E::DIMENSION, cut.functions);
-        let degrees = total_degrees(E::DIMENSION, degree);
+        let (rules, small) = (compared(degree + 2, dimension)?, compared(3, dimension)?);
+        let own = degree_of(dimension, cut.functions);
+        let degrees = total_degrees(dimension, degree);
         let places = degrees.iter().enumerate();
         let places = places.filter_map(|(place, &degree)| (degree <= own).then_some(place));
         Ok(Self {
@@ -160,12 +159,12 @@ where
     }
 
     /// What takes no walks of a functional that is no point, with the integrals of what polynomials leave of its density.
-    fn functional(&self, asked: &Asked<'_, E::Point>, integrals: &mut [f64]) -> (f64, Image) {
+    fn functional(&self, asked: &Asked<'_>, integrals: &mut [f64]) -> (f64, Image) {
         let Some(rest) = &asked.rest else {
             return (asked.known, Image::default());
         };
         let resolvent = self.cut.resolvent();
-        let density = |x: &CellPoint<E::Point>| {
+        let density = |x: &CellPoint<AnyPoint>| {
             (rest.weight)(&x.point) - resolvent.series(&rest.polynomial, x)
         };
         let [coarse, fine] = self.images.moments(&density, integrals);
@@ -246,17 +245,14 @@ where
 }
 
 /// A solved equation, and what walks have found.
-pub(super) struct ImageField<'k, E: Regular> {
-    pub(super) cut: Box<Cut<'k, E>>,
+pub(super) struct ImageField<'k> {
+    pub(super) cut: Box<Cut<'k>>,
     pub(super) blocks: Blocks,
     /// The error of values, of which rules and samples of T_K have a part, and the seed of these.
     pub(super) by: (f64, u64),
 }
 
-impl<E> GlobalField for ImageField<'_, E>
-where
-    E: Regular<Point: Send + Sync> + Send + Sync,
-{
+impl GlobalField for ImageField<'_> {
     fn rows(&self) -> usize {
         GLOBAL_REPLICATES + 2
     }

@@ -26,7 +26,7 @@ use choose::Chosen;
 
 pub use cut::{ByImages, ResolventCut, ResolventWalks, cut_of};
 pub use fredholm_core::resolvent::{Grid, edges};
-pub use regular::{ByDensity, Functional, RegularKind};
+pub use regular::{AnyPoint, AnyRegular, PointWeight};
 
 /// The largest spectral radius of (1 + |R_n|)|K − K_n| that is walked with: error bars keep their coverage there.
 pub const MOST_RADIUS: f64 = 0.3;

@@ -1,7 +1,7 @@
 //! Rounds of walks of some goals.
 
 use fredholm_core::resolvent::{
-    CellPoint, GroupScores, Known, Plan, Regular, RestDensity, RoundSum,
+    CellPoint, GroupScores, Known, Plan, RestDensity, RoundSum,
 };
 use fredholm_core::{Tolerance, WalkSeeds};
 use fredholm_rayon::{Observer, fill_rows};
@@ -10,6 +10,7 @@ use super::ResolventEstimate;
 use super::blocks::Blocks;
 use super::cut::{Asked, Cut, ResolventCut, ResolventWalks};
 use super::images::{ImageMaker, Imaged};
+use super::regular::AnyPoint;
 use crate::Error;
 
 /// The number of the goal of draws that all goals share.
@@ -31,19 +32,19 @@ pub(super) struct Sums {
 }
 
 /// What is looked at where values are images.
-pub(super) struct Imaging<'c, 'k, E: Regular> {
-    pub(super) maker: ImageMaker<'c, 'k, E>,
+pub(super) struct Imaging<'c, 'k> {
+    pub(super) maker: ImageMaker<'c, 'k>,
     pub(super) looks: Vec<Imaged>,
     pub(super) blocks: Blocks,
 }
 
 /// Walks of some goals.
-pub(super) struct Walks<'c, 'k, E: Regular> {
-    pub(super) cut: &'c Cut<'k, E>,
+pub(super) struct Walks<'c, 'k> {
+    pub(super) cut: &'c Cut<'k>,
     /// The goals that have walks of their own; none where values are images.
-    pub(super) asked: Vec<Asked<'c, E::Point>>,
-    pub(super) images: Option<Imaging<'c, 'k, E>>,
-    pub(super) shared: Plan<'c, E::Point>,
+    pub(super) asked: Vec<Asked<'c>>,
+    pub(super) images: Option<Imaging<'c, 'k>>,
+    pub(super) shared: Plan<'c, AnyPoint>,
     /// The standard deviation of a point of what a goal has for itself.
     pub(super) own: Vec<f64>,
     /// The number of strata that count, of all plans together.
@@ -58,10 +59,7 @@ pub(super) struct Walks<'c, 'k, E: Regular> {
     pub(super) steps: u64,
 }
 
-impl<E> Walks<'_, '_, E>
-where
-    E: Regular<Point: Send + Sync> + Sync,
-{
+impl Walks<'_, '_> {
     /// The root of the number of goals, and the standard deviations of all of them together.
     fn all(&self) -> (f64, f64) {
         let many = (self.asked.len().max(1) as f64).sqrt();
@@ -73,7 +71,7 @@ where
     pub(super) fn with_plan<T>(
         &self,
         goal: usize,
-        then: impl FnOnce(Option<Plan<'_, E::Point>>) -> T,
+        then: impl FnOnce(Option<Plan<'_, AnyPoint>>) -> T,
     ) -> Result<T, Error> {
         let (cut, asked) = (self.cut, &self.asked[goal]);
         let (looks, tables) = (&cut.looks, cut.tables());
@@ -84,7 +82,7 @@ where
             return Ok(then(None));
         };
         let resolvent = cut.resolvent();
-        let density = |x: &CellPoint<E::Point>| {
+        let density = |x: &CellPoint<AnyPoint>| {
             (rest.weight)(&x.point) - resolvent.series(&rest.polynomial, x)
         };
         let sizes = (0..cut.measures.len()).map(|cell| resolvent.root_mean_square(cell, &density));
@@ -100,7 +98,7 @@ where
     /// The scores of all groups of a round, on all threads.
     fn scores(
         &self,
-        plan: &Plan<'_, E::Point>,
+        plan: &Plan<'_, AnyPoint>,
         points: f64,
         seeds: WalkSeeds,
         watch: &dyn Observer,
@@ -172,10 +170,7 @@ struct Drawn {
     own: Vec<Vec<GroupScores>>,
 }
 
-impl<E> ResolventWalks for Walks<'_, '_, E>
-where
-    E: Regular<Point: Send + Sync> + Send + Sync,
-{
+impl ResolventWalks for Walks<'_, '_> {
     fn std_devs(&self) -> (f64, Vec<f64>) {
         (self.shared.std_dev(), self.own.clone())
     }

@@ -28,7 +28,7 @@ pub(crate) use degree::{
 use fredholm_model::EquationError;
 use fredholm_model::finite::radius_above;
 use fredholm_model::resolvent::{
-    self, ByDensity, Grid, ResolventFound, ResolventQuestion, ResolventSizes,
+    self, AnyRegular, Grid, ResolventFound, ResolventQuestion, ResolventSizes,
 };
 use fredholm_model::{About, Field, LastSteps, Quantity, WholeValues};
 pub use regular::Uniformly;
@@ -655,24 +655,25 @@ impl<E: CustomEquation<Scalar = f64>> Model for CustomModel<E> {
 
     /// Where the whole space is one cell, or a few, cells end where functions jump; else they are those of the equation.
     fn by_resolvent(&self, question: &ResolventQuestion<'_>) -> Result<ResolventFound<'_>, Error> {
-        let whole = self
-            .equation(1)
-            .ok()
-            .filter(|one| one.cells() <= MOST_IMAGES);
+        let of_cells = |cells: usize| {
+            let weight = |region: &Region| self.equations.regular(region);
+            Ok::<_, Error>(AnyRegular::new(self.equation(cells)?, weight))
+        };
+        let whole = of_cells(1).ok();
+        let whole = whole.filter(|one| one.cells() <= MOST_IMAGES);
         let cells = question.settings.cells;
         let seconds = [self.kernel_seconds; 2];
         let edges = whole.map(|whole| {
-            let (images, whole) = (whole.cells(), ByDensity(whole));
             let mut edges = gathered(|| resolvent::edges(&whole));
             for (found, named) in edges.iter_mut().zip(&self.edges) {
                 found.extend(named);
                 found.sort_by(f64::total_cmp);
                 found.dedup_by(|a, b| *a - *b < SAME_EDGE);
             }
-            (images, edges)
+            (whole, edges)
         });
         let sizes = match &edges {
-            Some((images, edges)) => ResolventSizes::of_grid(edges, *images, cells, seconds),
+            Some((whole, edges)) => ResolventSizes::of_grid(edges, whole.cells(), cells, seconds),
             None => ResolventSizes {
                 levels: match cells {
                     Some(cells) => vec![[cells, self.equation(cells)?.cells()]],
@@ -684,15 +685,15 @@ impl<E: CustomEquation<Scalar = f64>> Model for CustomModel<E> {
         };
         let cut = |[cells, degree]: [usize; 2]| {
             let grid = match &edges {
-                Some((_, edges)) => Grid::new(ByDensity(self.equation(1)?), edges, cells),
-                None => Grid::new(ByDensity(self.equation(cells)?), &[], 1),
+                Some((whole, edges)) => Grid::new(whole.clone(), edges, cells),
+                None => Grid::new(of_cells(cells)?, &[], 1),
             };
             Ok::<_, Error>((grid, degree))
         };
         resolvent::answer(question, &sizes, &|fine, coarse| {
             let (grid, degree) = cut(fine)?;
             let coarse = coarse.map(cut).transpose()?;
-            resolvent::cut_of(grid, &self.equations, degree, coarse, question.watch)
+            resolvent::cut_of(grid, degree, coarse, question.watch)
         })
     }
 

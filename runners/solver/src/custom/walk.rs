@@ -20,7 +20,7 @@ use super::{CustomEquation, PointFn};
 use crate::domain::Position;
 use crate::{Error, Goal, Region, Sequence, Subject};
 use fredholm_model::cost::PointwisePairs;
-use fredholm_model::resolvent::{self, ByDensity, Grid, RegularKind};
+use fredholm_model::resolvent::PointWeight;
 use fredholm_model::{
     GlobalRequest, Prepared, Request, Then, Wanted, WithGlobalJob, WithJob, only_points,
 };
@@ -584,34 +584,15 @@ impl<E: CustomEquation> Equations<E> {
 }
 
 impl<E: CustomEquation> Equations<E> {
-    /// What a region asks of resolvent walks.
-    fn regular<'s>(
-        &'s self,
-        equation: &E,
-        region: &Region,
-    ) -> Result<resolvent::Functional<'s, E::Point>, Error> {
-        Ok(match region {
-            Region::Point(x) => resolvent::Functional::Point(place(equation, x)?),
-            region if is_weight(region) => resolvent::Functional::Weight(self.weight_of(region)?),
-            Region::Whole => resolvent::Functional::Mean,
-            _ => {
-                return Err(Error::Region {
-                    message:
-                        "resolvent walks have points, weights, and the mean over the whole space"
-                            .to_owned(),
-                });
-            }
+    /// The weight of a region that resolvent walks are asked for.
+    pub(super) fn regular(&self, region: &Region) -> Result<PointWeight<'_, E::Point>, Error> {
+        if is_weight(region) {
+            return Ok(self.weight_of(region)?);
+        }
+        Err(Error::Region {
+            message: "resolvent walks have points, weights, and the mean over the whole space"
+                .to_owned(),
         })
-    }
-}
-
-impl<E: CustomEquation> RegularKind<Grid<ByDensity<E>>> for Equations<E> {
-    fn functional<'s>(
-        &'s self,
-        equation: &Grid<ByDensity<E>>,
-        region: &Region,
-    ) -> Result<resolvent::Functional<'s, E::Point>, Error> {
-        self.regular(&equation.equation().0, region)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use core::f64::consts::{FRAC_PI_2, PI};
 
-use fredholm::resolvent::{Functional, Grid, RegularKind, cut_of};
+use fredholm::resolvent::{AnyRegular, Grid, cut_of};
 use fredholm::{
     CubeModel, Error, Goal, Method, Pairs, Region, Report, Scalar, Sequence, Settings, SolveError,
     Solver, Tolerance,
@@ -381,18 +381,6 @@ fn what_has_no_solution_is_refused() {
     ));
 }
 
-/// Values at points, and the mean.
-struct Values;
-
-impl<E: Regular<Point = f64>> RegularKind<E> for Values {
-    fn functional<'s>(&'s self, _: &E, region: &Region) -> Result<Functional<'s, f64>, Error> {
-        Ok(match region {
-            Region::Point(x) => Functional::Point(x[0]),
-            _ => Functional::Mean,
-        })
-    }
-}
-
 /// Estimates of u(0.95) and the mean on few cells of degree 0, by a resolvent on still fewer, which is about as bad as one may be.
 fn by_coarse([cells, coarse]: [usize; 2], seed: u64) -> [f64; 2] {
     // u(x) = ³⁄₂ x ∫ y u(y) dy + F(x), where F is 1 beyond 0.4 and 0 before: u(x) = 1.26 x + F(x).
@@ -401,8 +389,9 @@ fn by_coarse([cells, coarse]: [usize; 2], seed: u64) -> [f64; 2] {
         |x: f64| f64::from(u8::from(x > 0.4)),
         1,
     );
-    let grid = |cells| Grid::new(step.clone(), &[], cells);
-    let cut = cut_of(grid(cells), &Values, 0, Some((grid(coarse), 0)), &()).unwrap();
+    let equation = AnyRegular::new(step, |_| unreachable!("no weight is asked for"));
+    let grid = |cells| Grid::new(equation.clone(), &[], cells);
+    let cut = cut_of(grid(cells), 0, Some((grid(coarse), 0)), &()).unwrap();
     let goals = [
         Goal::new("point", Region::Point(vec![0.95])),
         Goal::new("mean", Region::Whole),
