@@ -192,6 +192,10 @@ pub fn products<F: Real, const B: usize>(t: &[F]) -> [F; B] {
 
 /// The values of [`products`] where the number of functions is known at run time.
 pub fn fill_products(t: &[f64], out: &mut [f64]) {
+    if let [t] = t {
+        let axis = legendre::<_, { MOST_DEGREE + 1 }>(t + t - 1.0);
+        return out.iter_mut().zip(axis).for_each(|(out, psi)| *out = psi);
+    }
     let mut axes = [[0.0; MOST_DEGREE + 1]; MOST_DIMENSIONS];
     for (axis, &t) in axes.iter_mut().zip(t) {
         *axis = legendre(t + t - 1.0);
