@@ -221,6 +221,17 @@ impl<E: Equation> Score<E> {
         let difference = self.walk.plain.wide().minus(&self.walk.control.wide());
         difference.plus(&self.value).plus(&self.known)
     }
+
+    /// The walk as one channel sees it.
+    #[inline(always)]
+    fn walk_of(&self, channel: usize) -> Walk<E::Scalar> {
+        Walk {
+            plain: self.walk.plain.get(channel),
+            control: self.walk.control.get(channel),
+            states: self.walk.states,
+            termination: self.walk.termination,
+        }
+    }
 }
 
 impl<'a, E: Equation, N: ?Sized, T, G: Copy> Goals<'a, E, N, T, G> {
@@ -359,10 +370,9 @@ where
         let own = (goal, number);
         let outcome = match Course::of(self.options.absorption) {
             course if !G::ONE_LOOP_PER_END => self.run_walks(own, course, batches, at_most),
-            // A loop over walks for each course, which is a constant there.
+            // A constant in its loop over walks.
             Course::Roulette => self.run_walks(own, Course::Roulette, batches, at_most),
-            Course::Absorbed(q) => self.run_walks(own, Course::Absorbed(q), batches, at_most),
-            Course::Collided(q) => self.run_walks(own, Course::Collided(q), batches, at_most),
+            course => self.run_walks(own, course, batches, at_most),
         };
         self.end(batches);
         outcome
@@ -408,16 +418,15 @@ where
     /// Adds a walk to the statistics of every channel, and of the sum.
     #[inline(always)]
     pub(crate) fn push(&self, score: &Score<E>, batches: &mut [Batch]) -> Result<(), NotFinite> {
-        let walk = &score.walk;
-        let of = |channel: usize| Walk {
-            plain: walk.plain.get(channel),
-            control: walk.control.get(channel),
-            states: walk.states,
-            termination: walk.termination,
-        };
-        if let [only] = batches {
-            return only.push(&of(0), score.value.get(0), score.known.get(0));
+        match batches {
+            [only] => only.push(&score.walk_of(0), score.value.get(0), score.known.get(0)),
+            _ => self.push_channels(score, batches),
         }
+    }
+
+    /// Never inlined: it would be compiled for every end of walks, and equations of one channel have no use for it.
+    #[inline(never)]
+    fn push_channels(&self, score: &Score<E>, batches: &mut [Batch]) -> Result<(), NotFinite> {
         let channels = self.equation.channels();
         // All are looked at before the first is added to, so that no batch is ahead of another.
         if !score.value.plus(&score.known).is_finite()
@@ -429,7 +438,7 @@ where
         for (channel, batch) in batches.iter_mut().enumerate() {
             let (scores, value, known);
             if channel < channels {
-                let own = of(channel);
+                let own = score.walk_of(channel);
                 (value, known) = (score.value.get(channel), score.known.get(channel));
                 scores = Walk {
                     plain: crate::Real::to_f64(own.plain),
@@ -450,8 +459,8 @@ where
                 scores = Walk {
                     plain,
                     control,
-                    states: walk.states,
-                    termination: walk.termination,
+                    states: score.walk.states,
+                    termination: score.walk.termination,
                 };
             }
             batch.push(&scores, value, known)?;

@@ -7,7 +7,6 @@ use fredholm::{
     CubeModel, Error, Goal, Method, Pairs, Region, Report, Scalar, Sequence, Settings, SolveError,
     Solver, Tolerance,
 };
-use fredholm_core::resolvent::Regular;
 
 use crate::common::{Line, is_long};
 
