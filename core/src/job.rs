@@ -370,9 +370,10 @@ where
         let own = (goal, number);
         let outcome = match Course::of(self.options.absorption) {
             course if !G::ONE_LOOP_PER_END => self.run_walks(own, course, batches, at_most),
-            // A constant in its loop over walks.
+            // A loop over walks for each course, which is a constant there.
             Course::Roulette => self.run_walks(own, Course::Roulette, batches, at_most),
-            course => self.run_walks(own, course, batches, at_most),
+            Course::Absorbed(q) => self.run_walks(own, Course::Absorbed(q), batches, at_most),
+            Course::Collided(q) => self.run_walks(own, Course::Collided(q), batches, at_most),
         };
         self.end(batches);
         outcome

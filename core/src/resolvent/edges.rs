@@ -94,7 +94,8 @@ impl<E: Regular> Grid<E> {
     #[must_use]
     pub fn new(equation: E, edges: &[Vec<f64>], cells: usize) -> Self {
         let none = Vec::new();
-        let axes = (0..equation.dimension()).map(|axis| cut(edges.get(axis).unwrap_or(&none), cells));
+        let axes =
+            (0..equation.dimension()).map(|axis| cut(edges.get(axis).unwrap_or(&none), cells));
         Self {
             axes: axes.collect(),
             equation,
@@ -283,7 +284,11 @@ fn of_axis<E: Regular>(equation: &E, axis: usize) -> Vec<f64> {
             all.ends.extend(own.ends);
         }
     }
-    let most = MOST_CELLS.get(equation.dimension() - 1).copied().unwrap_or(1) - 1;
+    let most = MOST_CELLS
+        .get(equation.dimension() - 1)
+        .copied()
+        .unwrap_or(1)
+        - 1;
     chosen(highest(all.jumps, |_| true), all.ends, most)
 }
 

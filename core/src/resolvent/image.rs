@@ -147,12 +147,12 @@ impl<'a, E: Regular> Images<'a, E> {
         [rules, small]: [&[Vec<Vec<AxisNode>>; 2]; 2],
     ) -> Result<Self, GalerkinError> {
         let dimension = resolvent.equation.dimension();
-        let cube =
-            |[one, other]: &[Vec<Vec<AxisNode>>; 2], functions| -> Result<_, GalerkinError> {
-                let [one, other] =
-                    [one, other].map(|axes| CubeNodes::new(axes, dimension, functions));
-                Ok([one?, other?])
-            };
+        let cube = |[one, other]: &[Vec<Vec<AxisNode>>; 2],
+                    functions|
+         -> Result<_, GalerkinError> {
+            let [one, other] = [one, other].map(|axes| CubeNodes::new(axes, dimension, functions));
+            Ok([one?, other?])
+        };
         let mut images = Self {
             scored,
             rules: cube(rules, scored)?,

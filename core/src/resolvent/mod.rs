@@ -147,7 +147,7 @@ pub trait Regular: Cells {
     /// F(x).
     fn source(&self, x: &Self::Point) -> Self::Scalar;
 
-    /// The number d of parameters of a cell, [`Cells::DIMENSION`] at most: an equation that is known at run time only has fewer.
+    /// The number d of parameters of a cell: [`Cells::DIMENSION`], or fewer where it is known at run time.
     #[inline]
     fn dimension(&self) -> usize {
         Self::DIMENSION

@@ -398,7 +398,9 @@ pub fn ends<E: Regular>(equation: &E) -> Result<(Vec<CellEnd>, f64), GalerkinErr
         equation.point(cell, place.get(..equation.dimension()).unwrap_or(&[]))
     };
     for cell in 0..cells {
-        for (axis, is_high) in (0..equation.dimension()).flat_map(|axis| [(axis, false), (axis, true)]) {
+        for (axis, is_high) in
+            (0..equation.dimension()).flat_map(|axis| [(axis, false), (axis, true)])
+        {
             let beside = |look: usize, distance: f64| {
                 let mut t = kronecker_point((1 + END_LOOKS + look) as u32);
                 if let Some(t) = t.get_mut(axis) {

@@ -155,7 +155,11 @@ impl<E: Regular> Resolvent<'_, E> {
         let own = t.get_mut(..self.equation.dimension()).unwrap_or(&mut []);
         self.equation.parameters(&Located { point, cell }, own);
         let t = t.map(Real::to_f64);
-        self.located(cell, point, t.get(..self.equation.dimension()).unwrap_or(&[]))
+        self.located(
+            cell,
+            point,
+            t.get(..self.equation.dimension()).unwrap_or(&[]),
+        )
     }
 
     /// The point of a cell at these parameters.

@@ -2,8 +2,8 @@
 
 use fredholm_core::galerkin::{Cells, buffer, functions};
 use fredholm_core::resolvent::{
-    AxisNode, CellEnd, CellPoint, Coarse, GalerkinRows, Grid, Plan, Regular, Resolvent, ResolventLooks,
-    ResolventTables, ends, grading, is_rough, singularity,
+    AxisNode, CellEnd, CellPoint, Coarse, GalerkinRows, Grid, Plan, Regular, Resolvent,
+    ResolventLooks, ResolventTables, ends, grading, is_rough, singularity,
 };
 use fredholm_core::{Real, Tolerance};
 use fredholm_rayon::{Observer, fill_rows, gathered};
@@ -12,8 +12,8 @@ use fredholm_variance::gauss;
 use super::blocks::Blocks;
 use super::images::{ImageField, ImageMaker, scored};
 use super::inverse::{Factors, factors, go_on, inverse};
-use super::walks::{Imaging, Sums, Walks};
 use super::regular::{AnyPoint, AnyRegular, Functional, PointWeight};
+use super::walks::{Imaging, Sums, Walks};
 use super::{ResolventEstimate, ResolventFigures};
 use crate::{Error, GlobalField, Goal, Region};
 
@@ -441,9 +441,7 @@ impl ResolventCut for Cut<'_> {
             first_radius: self.looks.radius * self.coarse.as_ref().map_or(1.0, |own| own.share),
             condition: self.condition,
             // Sums of so many terms round like the root of their number (Higham and Mary 2019).
-            rounding: self.condition
-                * f64::EPSILON
-                * (unknowns as f64).sqrt(),
+            rounding: self.condition * f64::EPSILON * (unknowns as f64).sqrt(),
         }
     }
 

@@ -8,7 +8,7 @@ use fredholm_core::{Density, Equation, Located, NoDraws, Space};
 
 use crate::{Error, Region};
 
-/// The most coordinates that a point keeps.
+/// The most coordinates that a point keeps; of more it keeps its parameters.
 const MOST_COORDINATES: usize = 8;
 
 /// A weight w, for ∫ w u dμ.
@@ -43,8 +43,47 @@ pub enum AnyPoint {
     },
 }
 
-/// Equation of a chain by its kernel K = k p and its source, of a type that is known at run time only: set-ups and walks are compiled once for all
-/// of them.
+/// Equation of a chain by its kernel K = k p and its source, whatever its type: set-ups and walks are compiled once for all of them.
+///
+/// ```
+/// use fredholm_core::galerkin::Cells;
+/// use fredholm_core::resolvent::Regular;
+/// use fredholm_core::{Density, Equation, Located, Space, Uniforms};
+/// use fredholm_model::resolvent::AnyRegular;
+/// # use fredholm_core::Chain;
+///
+/// /// u(x) = ∫₀² 3 x u(y) dy + 1, whose chain jumps to uniform points: p = 1/2, k = 6 x.
+/// struct Mine;
+///
+/// impl Density for Mine {
+///     fn density(&self, _: &f64, _: &f64) -> f64 { 0.5 }
+/// }
+/// impl Equation for Mine {
+///     type Value = f64;
+///     fn kernel(&self, x: &f64, _: &f64) -> f64 { 6.0 * x }
+///     fn source<U: Uniforms<f64>>(&self, _: &f64, _: &mut U) -> f64 { 1.0 }
+/// }
+/// # impl Space for Mine {
+/// #     type Scalar = f64;
+/// #     type Point = f64;
+/// # }
+/// # impl Chain for Mine {
+/// #     fn step<U: Uniforms<f64>>(&self, _: &f64, uniforms: &mut U) -> Option<f64> { Some(2.0 * uniforms.uniform()) }
+/// # }
+/// # impl Cells for Mine {
+/// #     const DIMENSION: usize = 1;
+/// #     fn cells(&self) -> usize { 1 }
+/// #     fn locate(&self, _: &f64) -> usize { 0 }
+/// #     fn measure(&self, _: usize) -> f64 { 2.0 }
+/// #     fn point(&self, _: usize, t: &[f64]) -> f64 { 2.0 * t[0] }
+/// #     fn parameters(&self, x: &Located<f64>, t: &mut [f64]) { t[0] = 0.5 * x.point }
+/// #     fn at(&self, x: &[f64]) -> Option<f64> { x.first().copied() }
+/// # }
+/// let any = AnyRegular::new(Mine, |_| unreachable!("no weight is asked for"));
+/// // The point of parameter 1/2, and that of coordinate 2.
+/// let (x, y) = (any.point(0, &[0.5]), any.at(&[2.0]).unwrap());
+/// assert_eq!((any.kernel(&x, &y), any.kernel(&y, &x)), (3.0, 6.0));
+/// ```
 #[derive(Clone)]
 pub struct AnyRegular<'k> {
     typed: Arc<dyn Typed + 'k>,
@@ -81,7 +120,9 @@ impl<'k> AnyRegular<'k> {
             Region::Whole => Functional::Mean,
             Region::Point(coordinates) => Functional::Point(self.at(coordinates).ok_or_else(|| {
                 Error::Region {
-                    message: format!("the equation has no point with the coordinates {coordinates:?}"),
+                    message: format!(
+                        "the equation has no point with the coordinates {coordinates:?}: see its `Cells::at`"
+                    ),
                 }
             })?),
             _ => Functional::Weight(self.typed.weight(region)?),
@@ -181,7 +222,8 @@ impl<E: Cells<Scalar = f64>> WithWeights<'_, E> {
                 (0, &middle)
             }
         };
-        self.equation.point(cell, t.get(..E::DIMENSION).unwrap_or(t))
+        self.equation
+            .point(cell, t.get(..E::DIMENSION).unwrap_or(t))
     }
 }
 

@@ -1,8 +1,6 @@
 //! Rounds of walks of some goals.
 
-use fredholm_core::resolvent::{
-    CellPoint, GroupScores, Known, Plan, RestDensity, RoundSum,
-};
+use fredholm_core::resolvent::{CellPoint, GroupScores, Known, Plan, RestDensity, RoundSum};
 use fredholm_core::{Tolerance, WalkSeeds};
 use fredholm_rayon::{Observer, fill_rows};
 

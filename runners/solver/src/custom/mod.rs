@@ -99,7 +99,7 @@ impl<E> CustomEquation for E where
 /// sweeps, reports.
 ///
 /// It is made from a function that makes the equation with a number of cells. Coefficients
-/// come from quadrature over the cells. Walks are compiled for the equation's own type.
+/// come from quadrature over the cells. Walks of its chain are compiled for the equation's own type, and resolvent walks once for all.
 ///
 /// ```
 /// use fredholm::{CustomModel, Solver};

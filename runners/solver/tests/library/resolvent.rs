@@ -8,6 +8,9 @@ use fredholm::{
     Solver, Tolerance,
 };
 
+use fredholm_core::galerkin::Cells;
+use fredholm_core::{Chain, Density, Equation, Located, Space, Uniforms};
+
 use crate::common::{Line, is_long};
 
 /// An equation on an interval with what is known of its solution.
@@ -378,6 +381,85 @@ fn what_has_no_solution_is_refused() {
         solver.solve_to(1e-3),
         Err(SolveError::Failed(Error::NotFinite { .. }))
     ));
+}
+
+/// An equation on [0, 1] whose points have nine coordinates, all alike.
+struct Crowded(Line);
+
+impl Space for Crowded {
+    type Scalar = f64;
+    type Point = f64;
+}
+
+impl Chain for Crowded {
+    fn step<U: Uniforms<f64>>(&self, x: &f64, uniforms: &mut U) -> Option<f64> {
+        self.0.step(x, uniforms)
+    }
+}
+
+impl Density for Crowded {
+    fn density(&self, x: &f64, y: &f64) -> f64 {
+        self.0.density(x, y)
+    }
+}
+
+impl Equation for Crowded {
+    type Value = f64;
+
+    fn kernel(&self, x: &f64, y: &f64) -> f64 {
+        self.0.kernel(x, y)
+    }
+
+    fn source<U: Uniforms<f64>>(&self, x: &f64, uniforms: &mut U) -> f64 {
+        self.0.source(x, uniforms)
+    }
+}
+
+impl Cells for Crowded {
+    const DIMENSION: usize = 1;
+
+    fn cells(&self) -> usize {
+        self.0.cells()
+    }
+
+    fn locate(&self, x: &f64) -> usize {
+        self.0.locate(x)
+    }
+
+    fn measure(&self, cell: usize) -> f64 {
+        self.0.measure(cell)
+    }
+
+    fn point(&self, cell: usize, t: &[f64]) -> f64 {
+        self.0.point(cell, t)
+    }
+
+    fn parameters(&self, x: &Located<f64>, t: &mut [f64]) {
+        self.0.parameters(x, t);
+    }
+
+    fn at(&self, coordinates: &[f64]) -> Option<f64> {
+        let x = *coordinates.first()?;
+        (coordinates == [x; 9]).then_some(x)
+    }
+}
+
+/// Of points with more coordinates than are kept the parameters are.
+#[test]
+fn points_have_any_number_of_coordinates() {
+    let line = || Line::new(|x, y| 1.5 * x * y, |x| x, 1);
+    let value = |equation: AnyRegular<'_>, point: Vec<f64>| {
+        let cut = cut_of(Grid::new(equation, &[], 4), 2, None, &()).unwrap();
+        let goal = Goal::new("point", Region::Point(point));
+        let mut walks = cut.walks(&[goal], None).unwrap();
+        walks.round(0, 10_000.0, 1, &()).unwrap();
+        walks.estimates()[0].value
+    };
+    let none = |_: &Region| unreachable!("no weight is asked for");
+    let one = value(AnyRegular::new(line(), none), vec![0.7]);
+    let nine = value(AnyRegular::new(Crowded(line()), none), vec![0.7; 9]);
+    assert!((one - 1.4).abs() < 1e-9, "u = 2x: {one}");
+    assert!((nine - one).abs() < 1e-12, "{nine} {one}");
 }
 
 /// Estimates of u(0.95) and the mean on few cells of degree 0, by a resolvent on still fewer, which is about as bad as one may be.
