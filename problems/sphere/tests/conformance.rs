@@ -22,6 +22,10 @@ struct Described<F> {
     bands: usize,
     sectors: usize,
     parameters: Parameters,
+    /// Rules of 12 and of 24 points.
+    rules: [Vec<(f64, f64)>; 2],
+    /// Nodes of the cells, which do not depend on x, where they are few.
+    nodes: Vec<Vec<(Point<F>, f64)>>,
 }
 
 /// A parameter as the scalar F holds it.
@@ -31,12 +35,33 @@ fn held<F: Real>(parameter: f64) -> f64 {
 
 impl<F: Real> Described<F> {
     fn new(bands: u32, sectors: u32, parameters: Parameters) -> Self {
-        Self {
+        let mut described = Self {
             sphere: Sphere::new(bands, sectors, &parameters).expect("a valid equation"),
             bands: bands as usize,
             sectors: sectors as usize,
             parameters,
+            rules: [12, 24].map(gauss_legendre),
+            nodes: Vec::new(),
+        };
+        let cells = described.bands * described.sectors;
+        if cells < 100 {
+            described.nodes = (0..cells).map(|cell| described.nodes_of(cell)).collect();
         }
+        described
+    }
+
+    /// The nodes of a cell, with weights that sum to its measure.
+    fn nodes_of(&self, cell: usize) -> Vec<(Point<F>, f64)> {
+        let band = cell / self.sectors;
+        let colatitudes = self.height(band + 1).acos() - self.height(band).acos();
+        let jacobian = colatitudes * 2.0 * PI / self.sectors as f64;
+        let rule = tensor(&[self.rules[0].clone(), self.rules[0].clone()]).into_iter();
+        rule.map(|(t, w)| {
+            let (colatitude, azimuth) = self.angles(cell, &t);
+            let point = point(colatitude, azimuth).map(F::from_f64);
+            (point, w * jacobian * colatitude.sin())
+        })
+        .collect()
     }
 
     /// The height of the upper edge of a band.
@@ -80,17 +105,8 @@ impl<F: Real> Description for Described<F> {
     }
 
     fn nodes(&self, _: &Point<F>, cell: usize) -> Vec<(Point<F>, f64)> {
-        let band = cell / self.sectors;
-        let colatitudes = self.height(band + 1).acos() - self.height(band).acos();
-        let jacobian = colatitudes * 2.0 * PI / self.sectors as f64;
-        let rule = gauss_legendre(12);
-        let rule = tensor(&[rule.clone(), rule]).into_iter();
-        rule.map(|(t, w)| {
-            let (colatitude, azimuth) = self.angles(cell, &t);
-            let point = point(colatitude, azimuth).map(F::from_f64);
-            (point, w * jacobian * colatitude.sin())
-        })
-        .collect()
+        let known = self.nodes.get(cell);
+        known.map_or_else(|| self.nodes_of(cell), Clone::clone)
     }
 
     fn solution(&self, x: &Point<F>) -> Option<f64> {
@@ -118,14 +134,21 @@ impl<F: Real> Description for Described<F> {
         // tiniest cell.
         let [x, y, z] = x.point.map(F::to_f64);
         let b = held::<F>(self.parameters.forward);
-        let rule = gauss_legendre(24);
+        let [_, rule] = &self.rules;
+        // Products of what depends on the azimuth and on the colatitude; weights sum to 1.
+        let across: f64 = rule
+            .iter()
+            .map(|&(t, w)| {
+                let (_, azimuth) = self.angles(cell, &[0.0, t]);
+                w * (x * azimuth.cos() + y * azimuth.sin())
+            })
+            .sum();
         let (mut weights, mut sum) = (0.0, 0.0);
-        for (t, w) in tensor(&[rule.clone(), rule]) {
-            let (colatitude, azimuth) = self.angles(cell, &t);
+        for &(t, w) in rule {
+            let (colatitude, _) = self.angles(cell, &[t, 0.0]);
             let (radius, height) = colatitude.sin_cos();
-            let cosine = radius * (x * azimuth.cos() + y * azimuth.sin()) + z * height;
             weights += w * radius;
-            sum += w * radius * cosine;
+            sum += w * radius * (radius * across + z * height);
         }
         let cells = (self.bands * self.sectors) as f64;
         Some((1.0 + b * sum / weights) / cells)

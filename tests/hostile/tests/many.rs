@@ -64,11 +64,11 @@ fn spoilt(good: &[u8], kept: usize, random: &mut Random) -> Vec<u8> {
     bytes
 }
 
-/// 10⁷ inputs with FREDHOLM_LONG in the environment, or as many as it says if more than 1; else 20,000.
+/// 10⁷ inputs with FREDHOLM_LONG in the environment, or as many as it says if more than 1; else 6,000.
 fn inputs() -> usize {
     match std::env::var("FREDHOLM_LONG") {
         Ok(text) => text.parse().ok().filter(|&n| n > 1).unwrap_or(10_000_000),
-        Err(_) => 20_000,
+        Err(_) => 6000,
     }
 }
 

@@ -12,8 +12,8 @@ use fredholm_tests::examine;
 #[test]
 fn one_cell_is_a_partition_too() {
     for &seed in seeds() {
+        // The first of its functions is that of degree 0.
         let described = Described::<f64>::new(&[0.5], 1, LIGHT);
-        examine::<_, 1>(&described, seed).assert_passed("one cell");
         examine::<_, 5>(&described, seed).assert_passed("one cell of degree 4");
     }
 }
@@ -175,8 +175,10 @@ const MASSES: [(usize, f64, usize, f64); 68] = [
 #[test]
 fn transition_masses_have_eight_rounding_errors_at_most() {
     let mut worst = 0.0_f64;
+    let of_cells = |cells| circle::<f64, f64, _>(&[0.5], cells, LIGHT);
+    let circles = [10, 1000, 1_000_000].map(|cells| (cells, of_cells(cells)));
     for (cells, angle, j, exact) in MASSES {
-        let circle = circle::<f64, f64, _>(&[0.5], cells, LIGHT);
+        let (_, circle) = circles.iter().find(|(own, _)| *own == cells).unwrap();
         let point = circle.point(angle);
         let cell = circle.locate(&point);
         let [[mass]] = circle.moments(&Located { point, cell }, j);

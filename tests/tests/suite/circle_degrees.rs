@@ -51,7 +51,7 @@ fn deviations(statistics: &[(f64, Statistics)]) -> [f64; 2] {
 }
 
 fn slope_of_degree<const B: usize>(levels: [usize; 4]) {
-    let deviations = levels.map(|n| deviations(&at_random_points::<B>(n, 200))[1]);
+    let deviations = levels.map(|n| deviations(&at_random_points::<B>(n, 50))[1]);
     let points: Vec<_> = levels
         .iter()
         .zip(deviations)
@@ -69,8 +69,8 @@ fn slope_of_degree<const B: usize>(levels: [usize; 4]) {
     );
 }
 
-/// √Var ~ n^−(degree + 1), as root mean square over 200 random points: the same points at each level, so that
-/// a level's error is that of 400,000 walks.
+/// √Var ~ n^−(degree + 1), as root mean square over 50 random points: the same points at each level, so that
+/// a level's error is that of 100,000 walks.
 #[test]
 fn the_standard_deviation_falls_as_the_degree_says() {
     slope_of_degree::<1>([50, 100, 200, 400]);

@@ -81,8 +81,8 @@ fn means_are_the_solution_57_58_for_every_choice_of_pairs() {
             check_means(circle, neighbour, v, harmonic_exact(LIGHT), walks, &what);
         });
     }
-    check::<f64>(10, 50_000);
-    check::<f32>(1000, 50_000);
+    check::<f64>(10, 20_000);
+    check::<f32>(1000, 20_000);
 }
 
 /// In f32 at many cells the standard error is far below the rounding floor.
@@ -94,7 +94,7 @@ fn in_f32_the_error_stays_below_the_rounding_floor() {
             neighbour,
             v,
             harmonic_exact(LIGHT),
-            500_000,
+            100_000,
             "n = 100,000",
         );
     });
@@ -132,7 +132,7 @@ fn cosines_are_eigenfunctions() {
                 neighbour,
                 v,
                 exact,
-                100_000,
+                20_000,
                 &format!("cos {k} theta"),
             );
         });
@@ -163,7 +163,7 @@ fn piecewise_constant_emission_agrees_with_a_fine_deterministic_solution() {
     for cells in [20, 1000] {
         let light = Arcs::new(values, cells).unwrap();
         with_piecewise::<f64, _, _, _>(&RHO, cells, light, DEFAULT, |circle, neighbour, v| {
-            check_means(circle, neighbour, v, exact, 200_000, "piecewise constant");
+            check_means(circle, neighbour, v, exact, 50_000, "piecewise constant");
             // Plain walks whose last step leads to the light.
             let lights = LitArcs::new(light, circle.tables()).unwrap();
             let lit = Circle::new(circle.tables(), lights).unwrap();
@@ -174,7 +174,7 @@ fn piecewise_constant_emission_agrees_with_a_fine_deterministic_solution() {
                 ..Goal::new(At(start), Some(0.0))
             };
             for options in all_ways(3) {
-                let statistics = run(&last, &NoNeighbour::new(&last), &goal, options, 200_000);
+                let statistics = run(&last, &NoNeighbour::new(&last), &goal, options, 50_000);
                 means(&statistics, Some(exact[0]), 0.0).ok().unwrap();
             }
         });

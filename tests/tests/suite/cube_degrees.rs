@@ -182,11 +182,11 @@ fn check_means<F: Real, const D: usize, const B: usize>(cells: usize, walks: u64
 #[test]
 fn means_are_the_solutions_of_the_model_problems() {
     let few = if long() { 20_000 } else { 5000 };
-    check_means::<f64, 1, 1>(32, 20_000);
-    check_means::<f64, 2, 1>(8, 20_000);
-    check_means::<f64, 3, 1>(4, 20_000);
+    check_means::<f64, 1, 1>(32, few);
+    check_means::<f64, 2, 1>(8, few);
+    check_means::<f64, 3, 1>(4, few);
     check_means::<f64, 5, 1>(3, few);
-    check_means::<f32, 1, 1>(32, 20_000);
+    check_means::<f32, 1, 1>(32, few);
     check_means::<f32, 3, 1>(4, few);
     check_means::<f32, 5, 1>(3, few);
     of_degrees!(1, [2 4], B => check_means::<f64, 1, B>(8, 5000));
@@ -283,10 +283,10 @@ fn slopes_are_minus_the_degree_plus_one_over_d() {
 }
 
 /// λ exp(−|x − y|²) with λ = ½ and F = 1 + Σ x_a: by how much the standard deviation is smaller, root mean
-/// square over 100 random points; both estimates at each agree within their errors, and the mean over X
+/// square over 25 random points; both estimates at each agree within their errors, and the mean over X
 /// with one of another degree.
 fn reduction<const D: usize, const B: usize>(cells: usize) -> f64 {
-    const POINTS: usize = 100;
+    const POINTS: usize = 25;
     const WALKS: u64 = 1000;
     with_degree::<f64, D, _, _, _, B>((Gauss, Ramp), cells, |cube, neighbour, v| {
         let mut draws = RngUniforms(WalkSeeds::<DefaultGenerator>::new(7, 0).generator(0));

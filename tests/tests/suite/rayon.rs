@@ -85,7 +85,7 @@ fn on_threads<F: Real>(threads: usize, asked: &Asked, observer: &dyn Observer) -
 #[test]
 fn the_same_bits_for_any_number_of_threads() {
     fn check<F: Real>(walks: WalkOptions, tolerance: Option<Tolerance>) {
-        let mut asked = Asked::new(100_001, 1000);
+        let mut asked = Asked::new(40_001, 400);
         asked.walks = walks;
         asked.run_options.tolerance = tolerance;
         let one = on_threads::<F>(1, &asked, &());

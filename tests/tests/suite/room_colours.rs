@@ -265,9 +265,13 @@ fn furnaces_in_colours() {
         }
     }
     for seed in seeds() {
-        check_in::<f64, 1>(seed);
-        check_in::<f64, 3>(seed);
-        check_in::<f32, 2>(seed);
+        // By day every room in one of both.
+        if long() || seed % 2 == 0 {
+            check_in::<f64, 3>(seed);
+        }
+        if long() || seed % 2 == 1 {
+            check_in::<f32, 2>(seed);
+        }
     }
 }
 
@@ -345,7 +349,7 @@ fn what_is_drawn_has_the_mean_that_it_should() {
 /// share the rays.
 #[test]
 fn a_shared_ray_costs_a_channel_little_variance() {
-    let (cells, walks) = if long() { (80, 20_000) } else { (40, 10_000) };
+    let (cells, walks) = if long() { (80, 20_000) } else { (40, 5000) };
     let mut ratios = Vec::new();
     for seed in seeds() {
         let colours = Colours::saturated(seed);

@@ -370,7 +370,7 @@ fn surfaces() -> impl Strategy<Value = Vec<Vec<[f64; 2]>>> {
 
 proptest! {
     #![proptest_config(ProptestConfig {
-        cases: if fredholm_tests::check::long() { 400 } else { 100 },
+        cases: if fredholm_tests::check::long() { 400 } else { 40 },
         rng_seed: RngSeed::Fixed(1),
         ..Default::default()
     })]

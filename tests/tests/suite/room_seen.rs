@@ -2,7 +2,7 @@
 
 use fredholm_core::{At, Estimator, Goal, NoNeighbour, Real, WalkOptions};
 use fredholm_room::{Grading, Irradiance, Material, MeanOver, Seen};
-use fredholm_tests::check::{STANDARD_ERRORS, means};
+use fredholm_tests::check::{STANDARD_ERRORS, long, means};
 use fredholm_tests::room::{Drawing, Setup, WAYS, Way, assert_ok, block, furnace, glowing, scenes};
 use fredholm_tests::{absorbed, run};
 
@@ -163,8 +163,10 @@ fn a_baffle_takes_its_angle_from_the_lamp() {
 /// none; and walks of the neighbour equation agree with (v, Φ).
 #[test]
 fn walls_fill_all_directions_in_the_room_and_none_outside() {
-    fn in_scalar<F: Real>() {
-        for drawing in scenes().into_iter().filter(|drawing| !drawing.open) {
+    fn in_scalar<F: Real>(first: usize) {
+        let (points, step) = if long() { (1500_u32, 1) } else { (750, 2) };
+        let closed = scenes().into_iter().filter(|drawing| !drawing.open);
+        for drawing in closed.skip(first).step_by(step) {
             let setup = Setup::new::<F>(&drawing, 100, Grading::default()).unwrap();
             setup.with::<F, _>(Way::Exact, |room, neighbour, v| {
                 let ends = || room.geometry().walls().iter().flat_map(|wall| wall.ends);
@@ -173,8 +175,8 @@ fn walls_fill_all_directions_in_the_room_and_none_outside() {
                     [0, 1].map(|k| at(k).fold(f64::INFINITY, f64::min)),
                     [0, 1].map(|k| at(k).fold(f64::NEG_INFINITY, f64::max)),
                 ];
-                let mut counts = [0; 2];
-                for i in 0..1500_u32 {
+                let mut counts = [0_u32; 2];
+                for i in 0..points {
                     // Kronecker's points, over a little more than the scene.
                     let place = [0, 1].map(|k: usize| {
                         let step = [0.754_877_666_246_692_7, 0.569_840_290_998_053_3][k];
@@ -206,13 +208,14 @@ fn walls_fill_all_directions_in_the_room_and_none_outside() {
                     }
                 }
                 assert!(
-                    counts.iter().all(|&n| n > 100),
+                    counts.iter().all(|&n| n > points / 15),
                     "{} {counts:?}",
                     drawing.name
                 );
             });
         }
     }
-    in_scalar::<f64>();
-    in_scalar::<f32>();
+    // By day every scene in one of both.
+    in_scalar::<f64>(0);
+    in_scalar::<f32>(usize::from(!long()));
 }

@@ -16,7 +16,7 @@ use fredholm_tests::toy::{ALL, ALL_POINTWISE, Bands, MIXED, Mean, POINTWISE_DIAG
 const CELLS: usize = 8;
 
 fn walks() -> u64 {
-    if long() { 200_000 } else { 50_000 }
+    if long() { 200_000 } else { 10_000 }
 }
 
 /// As a user sets it up, with coefficients that are wrong by `spoil` in alternating directions.

@@ -37,14 +37,14 @@ fn walks(rare: bool) -> u64 {
     match (long(), rare) {
         (true, true) => 1 << 26,
         (true, false) => 1 << 20,
-        (false, _) => 1 << 16,
+        (false, _) => 1 << 15,
     }
 }
 
-/// Nodes of an analysis, whose work grows with their square. A third of them is accurate enough for what a day's walks
+/// Nodes of an analysis, whose work grows with their square. A sixth of them is accurate enough for what a day's walks
 /// can tell.
 fn nodes() -> usize {
-    if long() { 2400 } else { 800 }
+    if long() { 2400 } else { 400 }
 }
 
 fn in_parallel<T: Send>(all: &mut [T], pass: &Pass<'_, T>) {

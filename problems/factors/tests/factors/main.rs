@@ -212,11 +212,11 @@ fn a_cube_with_a_block() {
     }
 }
 
-/// 100 scenes with FREDHOLM_LONG in the environment, else 2.
+/// 100 scenes with FREDHOLM_LONG in the environment, else one.
 #[test]
 fn scenes_that_are_turned_mirrored_scaled_and_cut_otherwise_have_the_same_factors() {
     // A quarter of a surface is off by this for each quarter that it sees, so that 16 pairs are off by 4 times this.
-    let (count, error, agree) = (if is_long() { 100 } else { 2 }, 1e-10, 1e-9);
+    let (count, error, agree) = (if is_long() { 100 } else { 1 }, 1e-10, 1e-9);
     let (mut worst, mut rows) = (0.0_f64, 0.0_f64);
     for seed in 0..count {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -372,14 +372,16 @@ fn a_long_corridor() {
 }
 
 /// Two boxes beside each other in the middle of a room that is up to 10⁸ times as wide: what walls see of them behind each
-/// other, turned any way. Rounding moves a face's edges by a unit of the room's width, and is in the stated error.
+/// other, turned any way; by day one of three turns. Rounding moves a face's edges by a unit of the room's width, and is in the stated error.
 #[test]
 fn small_boxes_in_a_large_room() {
     let error = 1e-10;
-    for (size, seed) in [1e-3, 1e-5, 1e-6, 1e-8]
-        .into_iter()
-        .flat_map(|size| [0, 1, 2].map(|seed| (size, seed)))
-    {
+    let sizes = [1e-3, 1e-5, 1e-6, 1e-8].into_iter().enumerate();
+    let all = sizes.flat_map(|(number, size)| [0, 1, 2].map(|seed| (number, size, seed)));
+    for (number, size, seed) in all {
+        if !is_long() && number % 3 != seed as usize {
+            continue;
+        }
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut at = || rng.random_range(0.3..0.7);
         let corner: [f64; 3] = [at(), at(), at()];
@@ -427,20 +429,25 @@ fn a_tower() {
     ];
     let mut tower: Surfaces = sides.map(quad).to_vec();
     tower.push(lid.to_vec());
-    for error in [1e-3, 1e-6] {
+    let errors = if is_long() {
+        &[1e-3, 1e-6][..]
+    } else {
+        &[1e-3]
+    };
+    for &error in errors {
         let f = scene_factors(&closed(&tower), error).unwrap();
         assert!(off(&f) < 10.0 * error, "{error:e}: {}", off(&f));
     }
 }
 
 /// Edges on edges, faces in one plane, bodies that touch along an edge only, and rooms that are no longer convex: what
-/// leaves every face arrives, whichever way the scene is turned and cut. 40 scenes with FREDHOLM_LONG, else 4.
+/// leaves every face arrives, whichever way the scene is turned and cut. 40 scenes with FREDHOLM_LONG, else 2.
 #[test]
 fn rows_of_blocks_that_touch_each_other_close() {
     let error = 1e-9;
     let mut worst = 0.0_f64;
     // Blocks of seed 15 have edges in common with polygons that a body hides.
-    for seed in if is_long() { 0..40 } else { 12..16 } {
+    for seed in if is_long() { 0..40 } else { 14..16 } {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let base = voxels(&mut rng, 3, 0.35);
         let turned = map(&base, rotation(&mut rng));

@@ -97,7 +97,7 @@ fn no_ray_leaves_a_closed_scene() {
             .ok()
             .filter(|&n| n > 1)
             .unwrap_or(1_000_000_000),
-        Err(_) => 3_000_000,
+        Err(_) => 1_000_000,
     };
     let scenes = closed_scenes();
     assert_eq!(scenes.len(), 30);

@@ -23,7 +23,7 @@ const SEEN: u64 = 1;
 const UNSEEN: u64 = 21;
 
 /// The problems of a half in a day's share, and in all.
-const FEW: u64 = 3;
+const FEW: u64 = 2;
 const ALL: u64 = 250;
 
 /// The time of the choice is at most so many times that of the best of the ladder.

@@ -35,7 +35,7 @@ pub(crate) struct Problem {
     pub(crate) relative: bool,
     /// Seconds that the best of the ladder may take: the error of a problem that takes longer is made larger.
     pub(crate) most_seconds: f64,
-    /// Cells of the ladder.
+    /// Cells of the ladder, by day without the last.
     pub(crate) cells: &'static [usize],
 }
 
@@ -57,7 +57,7 @@ impl Problem {
             error,
             relative,
             most_seconds: most_seconds(number),
-            cells,
+            cells: &cells[..if long { 3 } else { 2 }],
         }
     }
 

@@ -54,10 +54,10 @@ name = "stove"
 box = [[0.8, 0.4, 0.3], [1.2, 0.6, 0.6]]
 {}
 [galerkin]
-cells = 60
+cells = 30
 degree = 1
 [walk]
-walks = 4096
+walks = 2048
 absorption = 0.3
 [[target]]
 name = "corner"
@@ -86,10 +86,10 @@ name = "stove"
 points = [[0.8, 0.4], [0.8, 0.6], [1.2, 0.6], [1.2, 0.4], [0.8, 0.4]]
 {}
 [galerkin]
-cells = 60
+cells = 30
 degree = 1
 [walk]
-walks = 4096
+walks = 2048
 absorption = 0.3
 [[target]]
 name = "corner"

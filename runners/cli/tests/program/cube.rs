@@ -4,8 +4,8 @@ use crate::common;
 
 use common::{Folder, Ran, assert_svg, fredholm, is_long, list, number, refused};
 
-/// Every comparison is within 4.9 standard errors and twice the rounding floor, as v and scores are rounded each: there are about
-/// 400 of them, and one is beyond that by chance in 2,500 sets of seeds.
+/// Every comparison is within 4.9 standard errors and twice the rounding floor, as v and scores are rounded each: by day there are
+/// about 300 of them, and one is beyond that by chance in 3,000 sets of seeds.
 const STANDARD_ERRORS: f64 = 4.9;
 
 /// Equations with known solutions (Atkinson and Shampine 2008, and their tensor products): dimension,
@@ -89,31 +89,35 @@ fn targets(dimension: usize) -> String {
 fn estimates_are_the_known_solutions() {
     let folder = Folder::new();
     let seeds: &[&str] = if is_long() { &["1", "2", "3"] } else { &["1"] };
+    let walks = [
+        ["f64", "absorption"],
+        ["f32", "collision"],
+        ["f64", "collision"],
+        ["f32", "absorption"],
+    ];
     for (dimension, kernel, source, solution, cells) in equations() {
         let rest = format!(
             "solution = '{solution}'\n[galerkin]\ncells = {cells}\n[walk]\nwalks = 20000\n{}",
             targets(dimension)
         );
         let problem = file(dimension, kernel, source, &rest);
-        for scalar in ["f64", "f32"] {
-            for estimator in ["absorption", "collision"] {
-                for seed in seeds {
-                    let ran = folder.solve(
-                        &problem,
-                        &[
-                            "--json",
-                            "--degree",
-                            "0",
-                            "--scalar",
-                            scalar,
-                            "--estimator",
-                            estimator,
-                            "--seed",
-                            seed,
-                        ],
-                    );
-                    check(&ran, kernel);
-                }
+        for [scalar, estimator] in &walks[..if is_long() { 4 } else { 2 }] {
+            for seed in seeds {
+                let ran = folder.solve(
+                    &problem,
+                    &[
+                        "--json",
+                        "--degree",
+                        "0",
+                        "--scalar",
+                        scalar,
+                        "--estimator",
+                        estimator,
+                        "--seed",
+                        seed,
+                    ],
+                );
+                check(&ran, kernel);
             }
         }
     }
@@ -151,7 +155,7 @@ fn check(ran: &Ran, what: &str) {
 #[test]
 fn a_product_is_the_kernel_that_it_multiplies_to() {
     let folder = Folder::new();
-    for galerkin in ["cells = 6\npoints = 2", "cells = 3\ndegree = 2"] {
+    for galerkin in ["cells = 6\npoints = 2\ndegree = 0", "cells = 3\ndegree = 2"] {
         product_agrees(&folder, &format!("[galerkin]\n{galerkin}\n{}", targets(2)));
     }
 }
@@ -180,7 +184,8 @@ fn bits_do_not_depend_on_threads() {
         "kernel = '0.5 * exp(-(x1 - y1)^2 - (x2 - y2)^2)'",
         "kernel_factors = ['0.5 * cos(x - y)', 'exp(-x * y)']",
     ] {
-        let problem = file(2, kernel, "1 + x1", &targets(2));
+        let walk = "[galerkin]\ncells = 4\ndegree = 1\n[walk]\nwalks = 10000\nbatch = 512\n";
+        let problem = file(2, kernel, "1 + x1", &(walk.to_owned() + &targets(2)));
         let run = |threads: &str| {
             let ran = folder.solve(&problem, &["--json", "--threads", threads]);
             ran.quietly(0).timeless()
@@ -196,7 +201,10 @@ fn walks_without_mean_or_variance_are_refused() {
     let folder = Folder::new();
     // s t⁴/λ: the spectral radius is 1/(6λ), that of the second moments 1/(11 λ² (1 − q0)).
     let steep = |lambda: f64, absorption: f64| {
-        let rest = format!("[walk]\nabsorption = {absorption}\n{}", targets(1));
+        let rest = format!(
+            "[galerkin]\ncells = 20\ndegree = 0\n[walk]\nabsorption = {absorption}\n{}",
+            targets(1)
+        );
         file(1, &format!("kernel = 'x * y^4 / {lambda}'"), "1", &rest)
     };
     let infinite = steep(0.333, 0.2);

@@ -18,6 +18,12 @@ const ROOM: &str = "[problem]\nkind = 'room'\n\
     [[target]]\nname = 'brick'\nover = 'brick'\nmeasured = { temperature = 800, error = 2 }\n\
     [walk]\nwalks = 20000\n[galerkin]\ncells = 60\ndegree = 1\n";
 
+/// Fits what LINE says, and what it leaves open.
+fn fit_line(folder: &Folder, problem: &str, args: &[&str]) -> Ran {
+    let cells = "[galerkin]\ncells = 2\ndegree = 2\n[walk]\nwalks = 2000\n[fit]\n";
+    fit(folder, &problem.replace("[fit]\n", cells), args)
+}
+
 fn fit(folder: &Folder, problem: &str, args: &[&str]) -> Ran {
     let file = folder.file("p.toml", problem);
     fredholm(&[&["fit", &file], args].concat())
@@ -31,18 +37,19 @@ fn quantity(json: &Value) -> [f64; 2] {
 #[test]
 fn a_parameter_is_found_with_its_error() {
     let folder = Folder::new();
-    let json = fit(&folder, LINE, &["--json"]).quietly(0).json();
+    let found = |problem: &str| fit_line(&folder, problem, &["--json"]);
+    let json = found(LINE).quietly(0).json();
     // a = 3 − 3 b x/u = ½, and σ_a = σ_u/0.24.
     let [value, error] = quantity(&json);
     assert!((value - 0.5).abs() < 1e-6, "{value}");
     assert!((error - 0.025).abs() < 1e-5, "{error}");
     // What is not known of b counts, too: ∂u/∂b = 0.6.
     let doubtful = format!("{LINE}[uncertainties]\nb = '1 %'\n");
-    let [_, error] = quantity(&fit(&folder, &doubtful, &["--json"]).quietly(0).json());
+    let [_, error] = quantity(&found(&doubtful).quietly(0).json());
     assert!((error - 0.025 * 2.0_f64.sqrt()).abs() < 1e-4, "{error}");
     // What was known of a before is one measurement more: the derivative of χ² is 0.
     let known = format!("{LINE}[uncertainties]\na = 0.025\n");
-    let [a, error] = quantity(&fit(&folder, &known, &["--json"]).json());
+    let [a, error] = quantity(&found(&known).json());
     let whole = 1.0 / (1.0 - a / 3.0);
     let [of_u, of_a] = [0.5 / 3.0 * whole * whole / 0.006, 1.0 / 0.025];
     let slope = of_u * (0.5 * whole - 0.6) / 0.006 + of_a * (a - 0.2) / 0.025;
@@ -54,15 +61,17 @@ fn a_parameter_is_found_with_its_error() {
 fn a_temperature_is_explained_by_the_file_that_is_written() {
     let folder = Folder::new();
     let out = folder.at("found.toml");
-    let named = ["--quantity", "hot temperature", "--out", &out];
-    let ran = fit(&folder, ROOM, &named).quietly(0);
+    let hot = |out| {
+        let few = ["--quantity", "hot temperature", "--walks", "2000"];
+        fit(&folder, ROOM, &[&few[..], &["--out", out]].concat()).quietly(0)
+    };
+    let ran = hot(&out);
     assert!(ran.stdout.contains("hot temperature"), "{}", ran.stdout);
     let solved = fredholm(&["solve", &out, "--json"]).quietly(0).json();
     let kelvin = number(&list(&solved, "targets")[0]["temperature"], "estimate");
     assert!((kelvin - 800.0).abs() < 0.5, "{kelvin}");
     let json = folder.at("found.json");
-    let named = ["--quantity", "hot temperature", "--out", &json];
-    fit(&folder, ROOM, &named).quietly(0);
+    hot(&json);
     let found: Value = serde_json::from_str(&std::fs::read_to_string(&json).unwrap()).unwrap();
     assert_eq!(list(&found, "targets").len(), 1);
 }
@@ -74,7 +83,7 @@ fn what_no_quantity_explains_is_told() {
         "over = 'all'\n",
         "over = 'all'\nmeasured = { value = 0.9, error = 0.006 }\n",
     );
-    let ran = fit(&folder, &second, &[]);
+    let ran = fit_line(&folder, &second, &[]);
     assert_eq!(ran.status, Some(1), "{ran:?}");
     assert!(
         ran.stdout

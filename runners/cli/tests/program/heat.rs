@@ -27,7 +27,7 @@ fn triangle(flux: &str) -> String {
             "emissivity = 1\ntemperature = 300",
         ),
         surface("side", "[[0, 3], [0, 0]]", flux),
-        "[galerkin]\ncells = 120\ndegree = 1\n[walk]\nwalks = 30000\n".to_owned(),
+        "[galerkin]\ncells = 60\ndegree = 1\n[walk]\nwalks = 10000\n".to_owned(),
         "[[target]]\nname = 'side'\nover = 'side'\n".to_owned(),
         "[[target]]\nname = 'spot'\nat = { surface = 'side', t = 0.25 }\n".to_owned(),
     ]
@@ -112,7 +112,7 @@ fn two_adiabatic_walls_face_each_other() {
             "emissivity = 0.8\ntemperature = 280",
         ),
         surface("left", "[[0, 3], [0, 0]]", "net_flux = 0"),
-        "[galerkin]\ncells = 60\ndegree = 1\n[walk]\nwalks = 30000\n".to_owned(),
+        "[galerkin]\ncells = 60\ndegree = 1\n[walk]\nwalks = 10000\n".to_owned(),
         "[[target]]\nname = 'sides'\nover = ['left', 'right']\n".to_owned(),
         "[[target]]\nname = 'half way'\nat = { surface = 'right', t = 0.5 }\n".to_owned(),
         "[[target]]\nname = 'air'\nat = [1, 1.5]\n".to_owned(),
@@ -278,7 +278,11 @@ fn surfaces_without_a_temperature_are_refused() {
         + &side("rest", "points = [[1, 0], [0, 1], [0, 0]]", warm);
     let scene = side("plate", "polygon = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]", "")
         + &side("other", "polygon = [[0, 0, 1], [0, 1, 1], [1, 0, 1]]", warm);
-    let target = |name: &str| format!("[[target]]\nover = '{name}'\n[walk]\nwalks = 1000\n");
+    let target = |name: &str| {
+        format!(
+            "[[target]]\nover = '{name}'\n[galerkin]\ncells = 20\ndegree = 0\n[walk]\nwalks = 1000\n"
+        )
+    };
     let room = format!("[problem]\nkind = 'room'\n{room}{}", target("floor"));
     let scene = format!(
         "[problem]\nkind = 'scene'\nopen = true\n{scene}{}",

@@ -154,12 +154,13 @@ fn random(number: u64) -> String {
     file
 }
 
-/// Where one set of walks takes less than separate walks, it does so with its pilots; and these take no longer than an answer of seconds,
-/// half as long again at most: they took 12 seconds for one of a second.
+/// Where one set of walks takes less than separate walks, it does so with its pilots; and these take a second and half as long again as an
+/// answer at most: they took 12 seconds for one of a second.
 #[test]
 fn pilots_of_separate_walks_end_where_one_set_is_better() {
     let folder = Folder::new();
-    for error in ["1e-6", "1e-8"] {
+    let errors = ["1e-6", "1e-8"];
+    for error in &errors[..if is_long() { 2 } else { 1 }] {
         let file = format!(
             "[problem]\nkind = 'cube'\ndimension = 1\ndomain = [[-1, 1]]\nkernel = '0.4 * exp(-abs(x - y))'\n\
              source = '1 + x'\n[walk]\nmethod = 'walks'\ntarget_error = {error}\n[[target]]\nname = 'u'\ngrid = 41\n"
@@ -169,7 +170,7 @@ fn pilots_of_separate_walks_end_where_one_set_is_better() {
         let of = |field| number(&split, field);
         let (walks, pilots) = (of("predicted_walk_seconds"), of("predicted_pilot_seconds"));
         assert!(pilots + walks < of("predicted_separate_seconds"), "{split}");
-        assert!(walks < 1.0 || pilots < 1.5 * walks, "{split}");
+        assert!(pilots < 1.0 + 1.5 * walks, "{split}");
     }
 }
 

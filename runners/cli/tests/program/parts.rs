@@ -6,6 +6,7 @@ use core::time::Duration;
 use std::fs;
 use std::thread::sleep;
 
+use crate::systems::LINE;
 use common::{
     CIRCLE, Folder, Ran, circle_with, command, fredholm, is_long, limited, list, number, refused,
     wait,
@@ -209,8 +210,8 @@ fn parts_of_other_walks_are_refused_with_what_differs() {
     }
 }
 
-/// Walks of a second or so, which are killed again and again.
-const LONG_WALKS: [&str; 4] = ["--walks", "400000", "--threads", "2"];
+/// Walks of a fifth of a second or more, which are killed again and again.
+const LONG_WALKS: [&str; 4] = ["--walks", "200000", "--threads", "2"];
 
 #[test]
 fn a_run_that_is_killed_again_and_again_ends_with_the_same_bits() {
@@ -231,8 +232,8 @@ fn a_run_that_is_killed_again_and_again_ends_with_the_same_bits() {
             // As long as a kill comes before the end.
             for time in 0.. {
                 let mut child = command(&args).spawn().unwrap();
-                // Instants that nobody chose: 1 to 401 ms.
-                sleep(Duration::from_millis((round * 97 + time * 53) % 401 + 1));
+                // Instants that nobody chose: 1 to 201 ms.
+                sleep(Duration::from_millis((round * 97 + time * 53) % 201 + 1));
                 let has_ended = child.try_wait().unwrap().is_some();
                 if has_ended || killed >= kills / 2 {
                     let ran = wait(child);
@@ -258,19 +259,17 @@ fn a_run_that_is_killed_again_and_again_ends_with_the_same_bits() {
 #[test]
 fn walks_that_go_on_have_the_choice_of_those_before() {
     let folder = Folder::new();
-    let open = circle_with("cells = 20\ndegree = 0\npairs = \"default\"\n", "");
-    let open = open.replace("absorption = 0.2\nestimator = \"absorption\"\n", "");
-    let file = folder.file("open.toml", &open);
+    let file = folder.file("open.toml", LINE);
     let save = folder.at("run");
     let solve = |walks: &str, options: &[&str]| {
         let args = ["solve", &file, "--json", "--walks", walks];
         fredholm(&[&args[..], options].concat()).quietly(0).json()
     };
     let begun = solve("1000", &["--save", &save]);
-    let after = solve("200000", &["--save", &save]);
+    let after = solve("50000", &["--save", &save]);
     assert_eq!(after["cells"], begun["cells"]);
     assert_eq!(after["split"]["walks"], 1000);
-    assert_eq!(list(&after, "targets")[0]["walks"], 200_000);
+    assert_eq!(list(&after, "targets")[0]["walks"], 50_000);
 }
 
 #[test]
@@ -280,13 +279,15 @@ fn an_interrupt_keeps_what_is_done_and_the_same_command_goes_on() {
     let file = folder.file("problem.toml", CIRCLE);
     let save = folder.at("run");
     let solve = |walks| ["solve", &file, "--json", "--save", &save, "--walks", walks];
-    let child = command(&solve("1500000")).spawn().unwrap();
+    // One thread takes twice as long.
+    let alone = [&solve("500000")[..], &["--threads", "1"]].concat();
+    let child = command(&alone).spawn().unwrap();
     while fs::metadata(&save).map_or(0, |found| found.len()) < 20_000 {
         sleep(Duration::from_millis(1));
     }
     // A second process is refused, and the first one never knows.
     refused(
-        &fredholm(&solve("1500000")),
+        &fredholm(&solve("500000")),
         &["another process is writing it"],
     );
     common::signal("INT", child.id());
@@ -305,7 +306,7 @@ fn an_interrupt_keeps_what_is_done_and_the_same_command_goes_on() {
     let printed: Vec<u64> = walks(&ran).iter().map(|walks| walks / 512 * 512).collect();
     assert_eq!(walks(&front), printed);
     // More walks go on with it, too.
-    for walks in ["1500000", "1600000"] {
+    for walks in ["500000", "520000"] {
         let ran = fredholm(&solve(walks)).quietly(0);
         assert_eq!(ran.timeless(), whole(CIRCLE, &["--walks", walks]));
     }
@@ -320,7 +321,7 @@ fn a_full_disk_is_said_and_what_was_written_stays() {
     let file = folder.file("problem.toml", CIRCLE);
     let save = folder.at("run");
     let args = [
-        "solve", &file, "--json", "--save", &save, "--walks", "400000",
+        "solve", &file, "--json", "--save", &save, "--walks", "100000",
     ];
     let child = limited("trap '' XFSZ; ulimit -f 40;", &args);
     let ran = wait(child);
@@ -335,26 +336,25 @@ fn a_full_disk_is_said_and_what_was_written_stays() {
     let kept = fs::metadata(&save).unwrap().len();
     assert!((1_000..=40_960).contains(&kept), "{kept}");
     let ran = fredholm(&args).quietly(0);
-    assert_eq!(ran.timeless(), whole(CIRCLE, &["--walks", "400000"]));
+    assert_eq!(ran.timeless(), whole(CIRCLE, &["--walks", "100000"]));
 }
 
 #[test]
 fn a_merge_decides_where_a_target_error_ends() {
     let folder = Folder::new();
-    let many = ["--walks", "200000"];
+    let many = ["--walks", "20000"];
     let paths = parts(&folder, CUBE, 4, &many);
     let deviation = {
         let report = merge(&paths, &["--json"]).json();
         number(&list(&report, "targets")[0]["preconditioned"], "std_dev")
     };
-    // Reached by about a quarter of the walks, and by four times as many.
-    let [easy, hard] =
-        [50_000.0, 800_000.0].map(|walks: f64| (deviation / walks.sqrt()).to_string());
+    // Reached by less than half of the walks, and by some times as many.
+    let [easy, hard] = [2500.0, 80_000.0].map(|walks: f64| (deviation / walks.sqrt()).to_string());
     let error = ["--target-error", easy.as_str()];
     let expected = whole(CUBE, &[&many[..], &error].concat());
     let ran = merge(&paths, &[&["--json"][..], &error].concat());
     assert_eq!((ran.status, ran.timeless()), (Some(0), expected.clone()));
-    assert!(number(&list(&ran.json(), "targets")[0], "walks") < 100_000.0);
+    assert!(number(&list(&ran.json(), "targets")[0], "walks") < 10_000.0);
     // The others need not be there.
     let mut few = paths.clone();
     few.sort();
@@ -372,7 +372,7 @@ fn a_merge_decides_where_a_target_error_ends() {
     let (_, note) = ran.stderr.split_once("make parts of them with `").unwrap();
     let (options, _) = note.split_once('`').unwrap();
     let options: Vec<&str> = options.split(' ').collect();
-    assert_eq!(options[2..], ["--after", "199936"]);
+    assert_eq!(options[2..], ["--after", "19968"]);
     let more = parts(&folder, CUBE, 3, &options);
     let ran = merge(&[paths, more].concat(), &[&["--json"][..], &error].concat());
     assert_eq!(ran.status, Some(0), "{ran:?}");

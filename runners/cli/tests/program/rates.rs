@@ -22,14 +22,14 @@ fn distance(dimension: usize, scale: f64) -> String {
 }
 
 /// Along N = n² with smoothness r = 1 the error falls like cost^(−1/(2d) − 1/2), and √Var like
-/// n^(−1/d) (Heinrich and Mathé 1993): within 15 %. By day from 65,536 walks on every level, which know √Var to a per cent; with
+/// n^(−1/d) (Heinrich and Mathé 1993): within 15 %. By day from 16,384 walks on every level, which know √Var to two per cent; with
 /// `FREDHOLM_LONG=1` from as many as are made unasked, millions on the finest.
 #[test]
 fn the_error_falls_as_theory_says() {
     let walks: &[&str] = if is_long() {
         &[]
     } else {
-        &["--walks", "65536"]
+        &["--walks", "16384"]
     };
     for (dimension, scale) in [(1, 0.75), (2, 0.4), (3, 0.2)] {
         let folder = Folder::new();
@@ -82,22 +82,26 @@ fn a_product_kernel_pays_nothing_for_its_set_up() {
                    [[target]]\nname = 'mean'\nover = 'all'\n";
     let folder = Folder::new();
     let file = folder.file("rates.toml", problem);
-    let run = |args: &[&str]| fredholm(&[&["rates", &file, "--json"], args].concat()).quietly(0);
-    let json = run(&[]).json();
+    let on = |threads| {
+        let args = ["rates", &file, "--json", "--walks", "20000"];
+        fredholm(&[&args[..], &["--threads", threads]].concat()).quietly(0)
+    };
+    let one = on("1");
+    let json = one.json();
     let last = list(&json, "rows").last().unwrap();
     assert_eq!(number(last, "setup_evaluations"), 1024.0);
     // No solution is given: the finest level is the reference, and has an error bar.
     assert!(number(&json, "mean_std_error") > 0.0);
     assert!(last["error_galerkin"].is_null() || number(last, "error_galerkin") > 0.0);
-    let on = |threads| run(&["--walks", "20000", "--threads", threads]).stdout;
-    assert_eq!(on("1"), on("2"));
+    assert_eq!(one.stdout, on("2").stdout);
 }
 
 #[test]
 fn a_circle_has_rates_too() {
     let folder = Folder::new();
     let file = folder.file("circle.toml", common::CIRCLE);
-    let ran = fredholm(&["rates", &file]).quietly(0);
+    let rates = ["rates", &file, "--walks", "20000"];
+    let ran = fredholm(&rates).quietly(0);
     for word in [
         "circle, degree 0",
         "(exact)",
@@ -106,9 +110,8 @@ fn a_circle_has_rates_too() {
     ] {
         assert!(ran.stdout.contains(word), "{word}: {}", ran.stdout);
     }
-    let json = fredholm(&["rates", &file, "--json", "--seed", "2"])
-        .quietly(0)
-        .json();
+    let other = fredholm(&[&rates[..], &["--json", "--seed", "2"]].concat());
+    let json = other.quietly(0).json();
     let fitted = number(&json["fits"], "std_dev");
     assert!((fitted + 1.0).abs() < 0.15, "{fitted}");
     assert_eq!(number(&json, "seed"), 2.0);

@@ -7,7 +7,7 @@ use fredholm::scene::{
     Temperatures, TimesRequest, shapes,
 };
 use fredholm::{
-    GlobalQuantity, Goal, Region, Report, RoomModel, Scalar, SceneModel, Settings, Solver,
+    GlobalQuantity, Goal, Pairs, Region, Report, RoomModel, Scalar, SceneModel, Settings, Solver,
     Tolerance,
 };
 use fredholm_core::Estimate;
@@ -112,7 +112,11 @@ fn warm() -> SceneModel {
 #[test]
 fn net_fluxes_are_those_of_the_balance() {
     let room = warm();
-    let mut solver = Solver::new(&room).cells(24).degree(1).walks(20_000);
+    let fixed = || {
+        let solver = Solver::new(&room).cells(24).degree(1);
+        solver.pairs(Pairs::Default).walks(5000)
+    };
+    let mut solver = fixed();
     for (number, name) in NAMES.iter().enumerate() {
         solver = solver.goal(name, net_flux(Region::Part(number)));
     }
@@ -130,8 +134,7 @@ fn net_fluxes_are_those_of_the_balance() {
     // What is given is known, and the temperature that follows from an irradiance is that which follows from u.
     assert_eq!(found(&report, 2)[0], 25.0);
     let front = |region| {
-        let solver = Solver::new(&room).cells(24).degree(1).walks(20_000);
-        let report = solver.goal("front", region).solve().unwrap();
+        let report = fixed().goal("front", region).solve().unwrap();
         report.goals[0].temperature.unwrap()
     };
     let [a, b] = [front(Region::Part(2)), front(irradiance(Region::Part(2)))];
@@ -244,7 +247,8 @@ fn a_temperature_bends_as_its_remark_says() {
 fn a_given_flux_hides_a_part_of_the_temperature() {
     let cube = between(40.0);
     let front = |region| {
-        let solver = Solver::new(&cube).cells(24).degree(1).walks(20_000);
+        let solver = Solver::new(&cube).cells(24).degree(1).walks(5000);
+        let solver = solver.pairs(Pairs::Default);
         let report = solver.goal("front", region).solve().unwrap();
         (found(&report, 0), report.goals[0].temperature.unwrap())
     };
@@ -253,7 +257,7 @@ fn a_given_flux_hides_a_part_of_the_temperature() {
     assert!((asked - of_u.estimate.unwrap()).abs() < 1e-9);
     assert_eq!(own.estimate, Some(asked));
     // One set of walks for all targets tells it as well.
-    let solver = Solver::new(&cube).cells(24).degree(1).walks(20_000);
+    let solver = Solver::new(&cube).cells(24).degree(1).walks(5000);
     let whole = solver.goal("front", temperature(Region::Part(2)));
     let whole = found(&whole.together(true).solve().unwrap(), 0);
     assert_near(
@@ -608,7 +612,8 @@ fn one_set_of_walks_serves_all_suns() {
     let all = at_times(&court(1.0, None), &goals, &times, &settings);
     for (time, (sun, sky)) in suns.into_iter().zip(skies).enumerate() {
         let one = court(sky, Some(sun));
-        let mut solver = Solver::new(&one).cells(20).degree(1).walks(40_000);
+        let solver = Solver::new(&one).cells(20).degree(1);
+        let mut solver = solver.pairs(Pairs::Default).walks(10_000);
         for goal in &goals {
             solver = solver.goal(&goal.name, goal.region.clone());
         }

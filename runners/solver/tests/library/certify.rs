@@ -105,13 +105,13 @@ fn a_bump_in_one_cell_is_found_where_it_is() {
     assert!(alone >= least, "{alone} of {count}");
 }
 
-/// The certificates of right solutions that say wrong: 5 % by the bands' level. Of 300 more than 31 come about once in ten thousand times, of 100
-/// more than 15, and of 5 more than 3.
+/// The certificates of right solutions that say wrong: 5 % by the bands' level. Of 300 more than 31 come about once in ten thousand times, of 20
+/// more than 6, and of 3 more than 2.
 #[test]
 fn right_solutions_raise_few_false_alarms() {
     let [(count, most), (many, most_of_many)] = match is_long() {
         true => [(300, 31); 2],
-        false => [(3, 2), (40, 8)],
+        false => [(3, 2), (20, 6)],
     };
     let alarms = |count, certify: &dyn Fn(Solver<'_>, Sine) -> Certificate| {
         let all = (1..).zip(sines(count));
@@ -121,9 +121,13 @@ fn right_solutions_raise_few_false_alarms() {
         };
         all.filter(is_alarm).count()
     };
-    let exact = alarms(count, &|solver, own| certified(&solver, move |x| own.u(x)));
+    let exact = alarms(count, &|solver, own| {
+        let solver = solver.method(Method::Resolvent).cells(32).degree(4);
+        certified(&solver, move |x| own.u(x))
+    });
     let walks = alarms(many, &|solver, own| {
-        let solver = solver.method(Method::Walks).cells(16).walks(2000);
+        let solver = solver.method(Method::Walks).cells(16).degree(1);
+        let solver = solver.walks(2000);
         certified(&solver, move |x| own.u(x))
     });
     println!("{exact} alarms of {count} by resolvent walks, {walks} of {many} by walks of a chain");
@@ -131,16 +135,17 @@ fn right_solutions_raise_few_false_alarms() {
 }
 
 /// Over 200 seeds errors are within 1.96 standard errors, and all of them within their bands, in 95 % of the certificates: fewer than 178 come
-/// about once in ten thousand times.
+/// about once in ten thousand times, and so do fewer than 49 of 60.
 #[test]
 fn errors_of_wrong_solutions_are_covered() {
     let own = sines(1)[0];
     let model = own.model();
     let slope = |x: f64| 1e-2 * x;
+    let (count, least) = if is_long() { (200, 178) } else { (60, 49) };
     let [mut one, mut all, mut mean] = [0; 3];
-    for seed in 0..200 {
+    for seed in 0..count {
         let solver = Solver::new(&model).method(Method::Walks).mean();
-        let solver = solver.cells(8).walks(2000).seed(seed);
+        let solver = solver.cells(8).degree(1).walks(2000).seed(seed);
         let certificate = certified(&solver, move |x| own.u(x) + slope(x));
         let off = |value: &CertifiedValue, times: f64, truth: f64| {
             (value.error.unwrap() - truth).abs() <= times * value.std_error.unwrap()
@@ -164,9 +169,9 @@ fn errors_of_wrong_solutions_are_covered() {
                 .all(|value| off(value, factor, truth(value))),
         );
     }
-    println!("mean {mean}, a point {one}, all points {all} of 200");
+    println!("mean {mean}, a point {one}, all points {all} of {count}");
     assert!(
-        one >= 178 && all >= 178 && mean >= 178,
+        one >= least && all >= least && mean >= least,
         "{mean} {one} {all}"
     );
 }

@@ -19,7 +19,7 @@ struct Case {
 }
 
 /// Seeds in the short form, of what is in it.
-const FEW: u32 = 10;
+const FEW: u32 = 5;
 
 type Solution = Box<dyn Fn(&[f64]) -> f64>;
 

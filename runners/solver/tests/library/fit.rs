@@ -3,7 +3,7 @@
 use crate::common::{Draws, is_long};
 use fredholm::room::{Material, Surfaces};
 use fredholm::{
-    Fitting, Measured, Measurement, Model, Quantity, RoomModel, Scalar, Solver, Uncertainty,
+    Fitting, Measured, Measurement, Model, Pairs, Quantity, RoomModel, Scalar, Solver, Uncertainty,
     Unknown,
 };
 
@@ -73,6 +73,7 @@ impl Furnace {
             .seed(seed)
             .cells(60)
             .degree(1)
+            .pairs(Pairs::Default)
             .walks(4000);
         REFRACTORY
             .iter()
@@ -120,7 +121,7 @@ fn ellipses_of_emissivities_cover_the_truth() {
         let model = real.model(truth);
         let measured = real
             .solver(&model, 1_000_000 + number)
-            .walks(100_000)
+            .walks(if is_long() { 100_000 } else { 40_000 })
             .solve()
             .unwrap();
         let measurements = REFRACTORY.map(|name| Measurement {

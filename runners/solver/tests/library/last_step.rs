@@ -105,7 +105,7 @@ fn worst(report: &Report, solution: impl Fn(usize) -> [f64; 2], slack: f64) -> f
 /// F = 1 − ρ: u = 1 and every irradiance is 1, whatever hides what.
 #[test]
 fn furnaces() {
-    let cells = if is_long() { 40 } else { 20 };
+    let cells = if is_long() { 40 } else { 14 };
     for scalar in [Scalar::F64, Scalar::F32] {
         let model = room(scalar, |name| {
             let reflectance = match name {
@@ -120,8 +120,12 @@ fn furnaces() {
         });
         for pairs in [Pairs::Pointwise, Pairs::Rays] {
             for degree in [0, 2] {
-                for estimator in WAYS {
-                    for form in [Form::Product, Form::Residual] {
+                for (way, estimator) in WAYS.into_iter().enumerate() {
+                    for (own, form) in [Form::Product, Form::Residual].into_iter().enumerate() {
+                        // By day each way has one of both forms, and the other one with another degree.
+                        if !is_long() && (way + own + degree / 2) % 2 == 1 {
+                            continue;
+                        }
                         // In one of both scalars, but for those that are fast.
                         let is_slow = pairs != Pairs::Rays || degree > 0;
                         if is_slow && scalar == Scalar::F32 {
@@ -198,9 +202,10 @@ fn circle_in_closed_form() {
 #[test]
 fn the_same_answers_as_without() {
     let model = room(Scalar::F64, lit);
-    let without = asked(&model).last_step(false).cells(60).degree(2);
+    let (cells, walks) = if is_long() { (50, 8000) } else { (30, 2000) };
+    let without = asked(&model).last_step(false).cells(cells).degree(2);
     let without = without.pairs(Pairs::Pointwise).seed(17);
-    let without = without.walks(20_000).solve().unwrap();
+    let without = without.walks(2 * walks).solve().unwrap();
     assert!(!without.chain.unwrap().last_step);
     let found = |number: usize| {
         let found = &without.goals[number].preconditioned;
@@ -212,8 +217,8 @@ fn the_same_answers_as_without() {
     };
     for (degree, pairs) in [(0, Pairs::Pointwise), (0, Pairs::Rays), (2, Pairs::Rays)] {
         for estimator in WAYS {
-            let solver = asked(&model).cells(50).degree(degree).pairs(pairs);
-            let report = ended(solver, estimator).walks(8000).solve().unwrap();
+            let solver = asked(&model).cells(cells).degree(degree).pairs(pairs);
+            let report = ended(solver, estimator).walks(walks).solve().unwrap();
             let off = worst(&report, found, 0.0);
             assert!(off < MOST, "{degree} {pairs:?} {estimator:?}: {off}");
             for number in 0..5 {
@@ -270,7 +275,7 @@ fn predictions() {
         let solver = solver.pairs(pairs).last_step(true).absorption(0.3);
         let solver = solver.estimator(Estimator::Collision).degree(0);
         let diagnosis = solver.diagnose_in(400).unwrap();
-        let report = solver.walks(60_000).solve().unwrap();
+        let report = solver.walks(30_000).solve().unwrap();
         for (predicted, found) in diagnosis.targets.iter().zip(&report.goals) {
             let [plain, best] = [&found.plain, &found.preconditioned].map(|of| of.std_dev.unwrap());
             let ratios = [

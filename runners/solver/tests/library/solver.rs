@@ -494,7 +494,8 @@ fn what_is_predicted_is_what_is_done() {
         report.choice.unwrap().predicted_walks,
         predicted.predicted_walks
     );
-    assert!(solver.cells(5).degree(1).diagnose().unwrap().targets.len() == 2);
+    let solver = solver.cells(5).degree(1);
+    assert!(solver.diagnose_in(100).unwrap().targets.len() == 2);
 }
 
 /// What is chosen for one value of the equation is walked with for others, and nothing is chosen again.
@@ -550,7 +551,7 @@ fn a_sweep_falls_as_theory_says() {
     assert_eq!(rates.rows.len(), 4);
 }
 
-/// √Var of walks with a lift within 10 % of what 2¹⁷ walks measure, which know it to some per cent.
+/// √Var of walks with a lift within 10 % of what 2¹⁵ walks measure, or 2¹⁷ in the long form, which know it to some per cent.
 #[test]
 fn lifts_are_predicted() {
     let circle = wave();
@@ -559,7 +560,8 @@ fn lifts_are_predicted() {
     let walks = if is_long() { 1 << 17 } else { 1 << 15 };
     for (model, cells, lift) in cases {
         let solver = Solver::new(model).at(0.3).mean().cells(cells).lift(lift);
-        let predicted = solver.diagnose().unwrap();
+        let nodes = if is_long() { 2400 } else { 600 };
+        let predicted = solver.diagnose_in(nodes).unwrap();
         assert_eq!(predicted.lift, Some(lift));
         assert!(predicted.other_pairs.is_empty());
         let report = solver.walks(walks).solve().unwrap();
@@ -660,7 +662,7 @@ fn black_walls_are_certain() {
         },
     });
     let scene = SceneModel::new(surfaces.collect(), Enclosure::Closed, Scalar::F64).unwrap();
-    let models: [(&dyn Model, f64); 2] = [(&room, 1e-4), (&scene, 2e-3)];
+    let models: [(&dyn Model, f64); 2] = [(&room, 1e-3), (&scene, 1e-2)];
     for (model, error) in models {
         for adjoint in [None, Some(false), Some(true)] {
             let settings = Settings {
@@ -686,8 +688,9 @@ fn the_way_back_of_a_circle_is_a_global_estimate() {
     assert!(back.whole.is_some() && back[0].std_error() <= 1e-4);
     let (settings, _) = solver().adjoint(true).predict_to(1e-4).unwrap().unwrap();
     assert_eq!(settings.global, Some(true));
+    let few = || solver().cells(20).degree(1).walks(1024);
     let [there, again] =
-        [solver().adjoint(true), solver()].map(|own| own.whole().unwrap().at(1.0).unwrap());
+        [few().adjoint(true), few()].map(|own| own.whole().unwrap().at(1.0).unwrap());
     assert_eq!(there.estimate, again.estimate);
     let settings = Settings {
         adjoint: Some(true),

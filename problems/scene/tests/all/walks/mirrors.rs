@@ -22,9 +22,13 @@ fn furnaces_have_mirrors() {
         check_constant::<F, B>(&name, &scene.with_specular(&specular).unwrap(), 1.0);
     }
     // The fifth has needles that are none in f32.
-    for which in [0, 1, 2, 3, 5, 6] {
-        check_in::<f64, 1>(which);
-        check_in::<f32, 3>(which);
+    for (number, which) in [0, 1, 2, 3, 5, 6].into_iter().enumerate() {
+        if by_turns(number, 0) {
+            check_in::<f64, 3>(which);
+        }
+        if by_turns(number, 1) {
+            check_in::<f32, 6>(which);
+        }
     }
 }
 

@@ -3,18 +3,23 @@
 use super::*;
 use crate::common::{map, meshed, rotation, sphere, triangulated};
 
-/// Estimates of the mean over a surface with polynomials of degree 1: plain and preconditioned, however walks end.
-fn means<F: Real>(scene: &Scene, surface: usize) -> Vec<Estimate> {
-    let (place, wide) = (Place::<F>::over(scene, 40, surface), Place::new(scene, 40));
+/// Estimates of the means over some surfaces with polynomials of degree 1: plain and preconditioned, however walks end.
+fn means<F: Real>(scene: &Scene, surfaces: &[usize]) -> Vec<Vec<Estimate>> {
+    let (place, wide) = (Place::<F>::new(scene, 40), Place::new(scene, 40));
     let (radiosity, wide) = (place.radiosity(), wide.radiosity());
     let own = tables::<F, _, _, 3>(&wide, &wide, 256);
     let neighbour = own
         .neighbour::<_, _, 2, 3>(&radiosity, &radiosity, TWO)
         .unwrap();
-    let all = ENDS.map(|absorption| walk(&radiosity, &neighbour, &place.mean(), absorption, 4000));
-    all.iter()
-        .flat_map(|all| [all.plain(), all.preconditioned()])
-        .collect()
+    let over = |&surface: &usize| {
+        let place = Place::<F>::over(scene, 40, surface);
+        let mean = place.mean();
+        let all = ENDS.map(|absorption| walk(&radiosity, &neighbour, &mean, absorption, 4000));
+        all.iter()
+            .flat_map(|all| [all.plain(), all.preconditioned()])
+            .collect()
+    };
+    surfaces.iter().map(over).collect()
 }
 
 /// The eighths of a sphere by latitude and side, of any mesh of 4k rings.
@@ -51,10 +56,11 @@ fn a_sphere_from_inside() {
     };
     let arriving = mean(|m| m.emission) / (1.0 - mean(|m| m.reflectance));
     let [coarse, fine] = [4, 8].map(|n| scene::<f64>(&eighths(n), |zone| materials[zone]));
+    let zones: Vec<usize> = (0..8).collect();
+    let [coarse, fine] = [&coarse, &fine].map(|scene| means::<f64>(scene, &zones));
     for (zone, own) in materials.iter().enumerate() {
         let exact = own.emission + own.reflectance * arriving;
-        let [coarse, fine] = [&coarse, &fine].map(|scene| means::<f64>(scene, zone));
-        for (coarse, fine) in coarse.into_iter().zip(fine) {
+        for (coarse, fine) in coarse[zone].iter().zip(&fine[zone]) {
             let limit = (4.0 * fine.estimate - coarse.estimate) / 3.0;
             let error = (4.0 * fine.std_error.unwrap()).hypot(coarse.std_error.unwrap()) / 3.0;
             let z = (limit - exact) / error;
@@ -92,17 +98,16 @@ fn the_same_scene_otherwise() {
             ("triangles", triangulated(&surfaces)),
             ("squares", meshed(&surfaces, 2)),
         ];
-        for surface in [0, 2] {
-            let of = |surfaces: &Surfaces| {
-                means::<F>(&scene::<F>(surfaces, |surface| materials[surface]), surface)
-            };
-            let original = of(&surfaces);
-            for (name, other) in &others {
-                for (a, b) in original.iter().zip(of(other)) {
-                    let error = a.std_error.unwrap().hypot(b.std_error.unwrap());
-                    let z = (a.estimate - b.estimate) / error;
-                    assert!(z.abs() < STANDARD_ERRORS, "{name}: {a:?} and {b:?}");
-                }
+        let of = |surfaces: &Surfaces| {
+            let scene = scene::<F>(surfaces, |surface| materials[surface]);
+            means::<F>(&scene, &[0, 2]).concat()
+        };
+        let original = of(&surfaces);
+        for (name, other) in &others {
+            for (a, b) in original.iter().zip(of(other)) {
+                let error = a.std_error.unwrap().hypot(b.std_error.unwrap());
+                let z = (a.estimate - b.estimate) / error;
+                assert!(z.abs() < STANDARD_ERRORS, "{name}: {a:?} and {b:?}");
             }
         }
     }

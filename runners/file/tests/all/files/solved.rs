@@ -17,11 +17,16 @@ pub(super) fn exact(text: &str) -> Vec<f64> {
     values.map(|value| value.unwrap_or(f64::NAN)).collect()
 }
 
-/// Solves a file with five seeds, and compares with what is known of its targets.
+/// Solves a file with two seeds, or with five if there is `FREDHOLM_LONG`, and compares with what is known of its targets.
 pub(super) fn agrees(text: &str, known: &[f64], error: f64) {
     let resolved = good(text).resolve().unwrap();
     let mut compared = 0;
-    for seed in 1..=5 {
+    let seeds = if std::env::var_os("FREDHOLM_LONG").is_some() {
+        5
+    } else {
+        2
+    };
+    for seed in 1..=seeds {
         let mut solver = Solver::new(resolved.model.model()).seed(seed);
         for target in &resolved.targets {
             let Ask::One(region) = &target.ask else {
@@ -46,7 +51,7 @@ pub(super) fn agrees(text: &str, known: &[f64], error: f64) {
             compared += 1;
         }
     }
-    assert!(compared >= 10, "{compared}");
+    assert!(compared >= 2 * seeds, "{compared}");
 }
 
 fn on_line(domain: &str, kernel: &str, source: &str, targets: [&str; 2]) -> String {

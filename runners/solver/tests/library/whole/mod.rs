@@ -56,12 +56,13 @@ fn cases() -> Vec<Case> {
         degree,
         grid,
     };
+    let [in_plane, in_space] = if is_long() { [7, 4] } else { [5, 2] };
     vec![
         case("circle, degree 0", Box::new(circle()), 20, 0, 90),
         case("circle, degree 3", Box::new(circle()), 10, 3, 90),
         case("cube, d = 1", Box::new(cube::<1>()), 8, 0, 70),
-        case("cube, d = 2", Box::new(cube::<2>()), 4, 1, 7),
-        case("cube, d = 3", Box::new(cube::<3>()), 2, 1, 4),
+        case("cube, d = 2", Box::new(cube::<2>()), 4, 1, in_plane),
+        case("cube, d = 3", Box::new(cube::<3>()), 2, 1, in_space),
     ]
 }
 
@@ -88,7 +89,7 @@ fn fewest(n: u32, p: f64, tail: f64) -> u32 {
 /// Student's t of 63 degrees of freedom at 97.5 %.
 const T: f64 = 1.998_34;
 
-/// **Bands cover**: at one point in 95 of 100 cases, and everywhere at once in at least as many; by day 20 seeds of each
+/// **Bands cover**: at one point in 95 of 100 cases, and everywhere at once in at least as many; by day six seeds of each
 /// problem and all together, in the long form 1,000 of each and each by itself.
 ///
 /// Of n cases so few cover with a probability of 10⁻⁴, and of pointwise intervals as many. Bands and intervals that are 9 %
@@ -97,7 +98,7 @@ const T: f64 = 1.998_34;
 /// 0.075))²/0.025² = 5,100 cases: five problems have 5,000, of which the binomial law is asked itself.
 #[test]
 fn bands_cover() {
-    let seeds = if is_long() { 1000 } else { 8 };
+    let seeds = if is_long() { 1000 } else { 6 };
     let (mut all, mut count) = ([0; 4], 0);
     for case in cases() {
         let mut found = [0_u32; 4];
@@ -160,14 +161,18 @@ fn covers(name: &str, [pointwise, everywhere]: [u32; 2], n: u32) {
     assert!(everywhere >= least, "{name}: {everywhere} of {n}");
 }
 
-/// Two hundred functionals of a problem, by day sixty: points, and means over arcs or with weights, the exact values of which the model
+/// Two hundred functionals of a problem, by day sixty, in space fifteen: points, and means over arcs or with weights, the exact values of which the model
 /// knows.
 fn functionals(case: &Case) -> Vec<(Region, f64)> {
     let exact = |region: Region| {
         let value = case.model.exact(&region).unwrap().unwrap();
         (region, value)
     };
-    let count = if is_long() { 200 } else { 60 };
+    let count = match (is_long(), case.model.about().dimension) {
+        (true, _) => 200,
+        (false, Some(3)) => 15,
+        _ => 60,
+    };
     let mut all: Vec<(Region, f64)> = Vec::new();
     all.extend(case.model.grid(case.grid, None).into_iter().map(exact));
     if case.model.about().kind == "circle" {
@@ -201,7 +206,7 @@ fn functionals(case: &Case) -> Vec<(Region, f64)> {
     all
 }
 
-/// **Unbiased**: the z of functionals of all problems, both estimators. Šidák: 2,000 values of Student's t with 63 degrees
+/// **Unbiased**: the z of functionals of all problems, both estimators, by day one of them in space. Šidák: 2,000 values of Student's t with 63 degrees
 /// of freedom are all below 5.6 but with probability 2,000 · 5·10⁻⁷ = 10⁻³.
 #[test]
 fn functionals_are_unbiased() {
@@ -213,7 +218,10 @@ fn functionals_are_unbiased() {
             .iter()
             .map(|(region, _)| region.clone())
             .collect();
-        for (estimator, absorption) in [(Estimator::Absorption, 0.2), (Estimator::Collision, 0.3)] {
+        let ways = [(Estimator::Collision, 0.3), (Estimator::Absorption, 0.2)];
+        // In space each takes seconds.
+        let is_one = case.model.about().dimension == Some(3) && !is_long();
+        for (estimator, absorption) in ways.into_iter().take(if is_one { 1 } else { 2 }) {
             let solver = case.solver(7).estimator(estimator).absorption(absorption);
             // What the projection of e loses is to stay below 10⁻⁴ of what is found.
             let whole = solver
@@ -279,10 +287,13 @@ fn threads_change_no_bit_of(values: &(dyn Fn() -> Vec<GlobalValue> + Sync)) {
 #[test]
 fn threads_change_no_bit() {
     for case in cases() {
-        for scalar in [Scalar::F64, Scalar::F32] {
+        // In space each takes a second.
+        let is_one = case.model.about().dimension == Some(3) && !is_long();
+        let scalars = [Scalar::F32, Scalar::F64].into_iter();
+        for scalar in scalars.take(if is_one { 1 } else { 2 }) {
             threads_change_no_bit_of(&|| {
-                let whole = case.solver(3).scalar(scalar).walks(3000).whole().unwrap();
-                let values = whole.grid(9).unwrap().into_iter();
+                let whole = case.solver(3).scalar(scalar).walks(2000).whole().unwrap();
+                let values = whole.grid(case.grid.min(9)).unwrap().into_iter();
                 let mut values: Vec<_> = values.map(|(_, value)| value).collect();
                 values.push(whole.functional(&case.model.whole()).unwrap());
                 values
@@ -379,12 +390,17 @@ fn the_projection_is_told_where_it_matters() {
 #[test]
 fn values_without_a_projection_have_no_floor() {
     let (circle, interval) = (circle(), cube::<1>());
-    for (model, cells, points) in [
-        (&circle as &dyn Model, 4, [0.3, 1.1, 2.5, 3.3, 4.4, 6.0]),
-        (&interval, 2, [0.0, 0.1, 0.35, 0.5, 0.8, 1.0]),
+    for (model, cells, points, walks) in [
+        (
+            &circle as &dyn Model,
+            4,
+            [0.3, 1.1, 2.5, 3.3, 4.4, 6.0],
+            1 << 18,
+        ),
+        (&interval, 2, [0.0, 0.1, 0.35, 0.5, 0.8, 1.0], 1 << 20),
     ] {
-        let solver = Solver::new(model).cells(cells).absorption(0.2);
-        let solver = solver.walks(1 << 20);
+        let solver = Solver::new(model).cells(cells).degree(0);
+        let solver = solver.absorption(0.2).walks(walks);
         let off = |x: f64, value: &GlobalValue| {
             let exact = model.exact(&Region::Point(vec![x])).unwrap().unwrap();
             ((value.estimate - exact) / value.std_error.unwrap()).abs()

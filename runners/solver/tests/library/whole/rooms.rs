@@ -252,7 +252,7 @@ fn pictures_are_those_of_a_fine_solution() {
     assert!((0.7..1.4).contains(&ratio), "{ratio}");
 }
 
-/// **Bands cover** the room everywhere at once, and the sphere; by day 40 seeds of each, in the long form 1,000.
+/// **Bands cover** the room everywhere at once, and the sphere; by day twelve seeds of each, in the long form 1,000.
 #[test]
 fn bands_cover() {
     let seeds = if is_long() { 1000 } else { 12 };
@@ -278,6 +278,7 @@ fn bands_cover() {
         for seed in 1..=seeds {
             let solver = Solver::new(model)
                 .cells(cells)
+                .degree(0)
                 .seed(u64::from(seed))
                 .walks(4096);
             let values = solver.whole().unwrap().values(points).unwrap();
@@ -309,12 +310,13 @@ fn sphere() -> SphereModel {
 #[test]
 fn a_sphere_has_its_solution() {
     let model = sphere();
-    let mut regions = model.spread(100.0);
+    let (cells, spread) = if is_long() { (72, 100.0) } else { (32, 30.0) };
+    let mut regions = model.spread(spread);
     regions.push(Region::Whole);
     for (estimator, absorption) in [(Estimator::Absorption, 0.2), (Estimator::Collision, 0.3)] {
         let walks = if is_long() { 1 << 24 } else { 1 << 15 };
         let solver = Solver::new(&model)
-            .cells(72)
+            .cells(cells)
             .walks(walks)
             .absorption(absorption);
         let whole = solver.estimator(estimator).score_degree(5).whole().unwrap();
@@ -331,7 +333,8 @@ fn a_sphere_has_its_solution() {
     }
     // The mean has the square of the work of a point.
     regions.pop();
-    let fine = Solver::new(&model).cells(1800).walks(1).whole().unwrap();
+    let cells = if is_long() { 1800 } else { 800 };
+    let fine = Solver::new(&model).cells(cells).walks(1).whole().unwrap();
     for (region, value) in regions.iter().zip(fine.values(&regions).unwrap()) {
         let exact = model.exact(region).unwrap().unwrap();
         assert!(

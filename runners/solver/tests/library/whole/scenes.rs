@@ -1,7 +1,9 @@
 //! Scenes: means over cells against separate walks and balances. `FREDHOLM_LONG` takes a hundred times as many walks.
 
 use fredholm::scene::{Enclosure, Material, NamedSurface, SkyLight, shapes};
-use fredholm::{Estimator, Form, GlobalEstimate, GlobalValue, Region, Scalar, SceneModel, Solver};
+use fredholm::{
+    Estimator, Form, GlobalEstimate, GlobalValue, Pairs, Region, Scalar, SceneModel, Solver,
+};
 
 use crate::common::is_long;
 
@@ -56,7 +58,8 @@ fn means_are_those_of_separate_walks() {
     let times = if is_long() { 100 } else { 1 };
     for (number, model) in models.iter().enumerate() {
         let regions = regions(model);
-        let solver = Solver::new(model).cells(40).degree(1).walks(4096 * times);
+        let solver = Solver::new(model).cells(24).degree(1).walks(2048 * times);
+        let solver = solver.pairs(Pairs::Default);
         let mut separate = solver.clone();
         for (i, region) in regions.iter().enumerate() {
             separate = separate.goal(&i.to_string(), region.clone());
