@@ -283,10 +283,10 @@ fn slopes_are_minus_the_degree_plus_one_over_d() {
 }
 
 /// λ exp(−|x − y|²) with λ = ½ and F = 1 + Σ x_a: by how much the standard deviation is smaller, root mean
-/// square over 25 random points; both estimates at each agree within their errors, and the mean over X
+/// square over 100 random points; both estimates at each agree within their errors, and the mean over X
 /// with one of another degree.
 fn reduction<const D: usize, const B: usize>(cells: usize) -> f64 {
-    const POINTS: usize = 25;
+    const POINTS: usize = 100;
     const WALKS: u64 = 1000;
     with_degree::<f64, D, _, _, _, B>((Gauss, Ramp), cells, |cube, neighbour, v| {
         let mut draws = RngUniforms(WalkSeeds::<DefaultGenerator>::new(7, 0).generator(0));

@@ -1,6 +1,6 @@
 //! Every check can fail: for each there is a problem that is broken on purpose and that it must
-//! catch, for one of three base seeds by day, and then with those neighbour equations alone that its fault is in.
-//! `cargo test -p fredholm-tests --test suite kit -- --nocapture` prints the table.
+//! catch, for one of three base seeds by day. `cargo test -p fredholm-tests --test suite kit -- --nocapture` prints the
+//! table.
 
 use core::sync::atomic::{AtomicU64, Ordering};
 
@@ -119,18 +119,6 @@ enum Fault {
     Remembers,
 }
 
-impl Fault {
-    /// Those that a neighbour equation or its walks show.
-    const OF_WALKS: [Self; 6] = [
-        Self::Correction,
-        Self::NeighbourKernel,
-        Self::Hole,
-        Self::Size,
-        Self::Remembers,
-        Self::Narrow,
-    ];
-}
-
 fn with(fault: Fault, seed: u64) -> Report {
     examine(&Broken::<f64>::new(fault, CELLS), seed)
 }
@@ -198,11 +186,6 @@ impl<F: Real, V: Value<F>> Broken<F, V> {
             fault,
             steps: AtomicU64::new(0),
         }
-    }
-
-    /// Whether everything is offered, and not what the fault is in alone: walks are most of the work.
-    fn offers_all(&self) -> bool {
-        check::long() || self.fault == Fault::None
     }
 
     /// `factor` where this is the fault, else 1.
@@ -369,14 +352,13 @@ impl<F: Real, V: Value<F>> Description for Broken<F, V> {
 
 impl<F: Real> Neighbours for Broken<F> {
     fn offers(&self, offers: &mut Offers<'_, Self>) {
-        let is = |faults: &[Fault]| self.offers_all() || faults.contains(&self.fault);
         if self.fault == Fault::Endless {
             let none = NoNeighbour::new(self);
             return offers.neighbour_by_steps("none", &none);
         }
         if self.fault == Fault::List {
             offers.pointwise_pairs("a list too short", TooShort);
-        } else if is(&[Fault::Integral]) {
+        } else {
             offers.pointwise_pairs("diagonal pointwise", POINTWISE);
         }
         let (mut matrix, right) = self.toy.galerkin::<1>();
@@ -394,21 +376,17 @@ impl<F: Real> Neighbours for Broken<F> {
             gauss_seidel(&dense, &right, &mut v, &mut [0.0; 2], once).unwrap();
             offers.galerkin_solution("own", &v, 0.0);
         }
-        if is(&Fault::OF_WALKS) {
-            // The source belongs to other pairs than the walk.
-            let is_wrong = self.fault == Fault::Correction;
-            let g = tables.source(if is_wrong { &ALL } else { &OUTSIDE });
-            let coefficients = tables.coefficients();
-            let equation = Piecewise::new(self, &coefficients, OUTSIDE, &tables.v, &g).unwrap();
-            let large = LargeKernel {
-                inner: &equation,
-                factor: self.factor(Fault::NeighbourKernel, 1.05),
-            };
-            offers.neighbour("diagonal outside", &large);
-        }
-        if is(&[Fault::StepIntegral, Fault::EventProbability]) {
-            self.offer_steps(offers, &tables.v);
-        }
+        // The source belongs to other pairs than the walk.
+        let is_wrong = self.fault == Fault::Correction;
+        let g = tables.source(if is_wrong { &ALL } else { &OUTSIDE });
+        let coefficients = tables.coefficients();
+        let equation = Piecewise::new(self, &coefficients, OUTSIDE, &tables.v, &g).unwrap();
+        let large = LargeKernel {
+            inner: &equation,
+            factor: self.factor(Fault::NeighbourKernel, 1.05),
+        };
+        offers.neighbour("diagonal outside", &large);
+        self.offer_steps(offers, &tables.v);
         if self.fault == Fault::Coefficient {
             matrix[CELLS + 2] *= F::from_f64(1.01);
         }

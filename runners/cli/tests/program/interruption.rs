@@ -59,9 +59,14 @@ fn signalled(args: &[&str], out: &Folder, longer: Duration, name: &str) -> Ran {
 #[test]
 fn walks_end_with_what_is_there() {
     let folder = Folder::new();
-    for (problem, exact) in [(CIRCLE, Some(5.0)), (CUBE, None), (FURNACE, Some(1.0))] {
+    let problems = [(CIRCLE, Some(5.0)), (CUBE, None), (FURNACE, Some(1.0))];
+    for (turn, (problem, exact)) in problems.into_iter().enumerate() {
         let problem = folder.file("problem.toml", problem);
-        for name in ["INT", "TERM", "HUP"] {
+        for (other, name) in ["INT", "TERM", "HUP"].into_iter().enumerate() {
+            // By day each problem has one of the signals.
+            if !is_long() && turn != other {
+                continue;
+            }
             let mut walking = Duration::from_millis(500);
             let (out, ran) = loop {
                 let out = Folder::new();

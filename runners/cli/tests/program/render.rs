@@ -113,7 +113,7 @@ fn the_same_bytes_for_any_number_of_threads() {
     let folder = Folder::new();
     for (name, width) in [("a.png", "250"), ("a.svg", "250"), ("a.csv", "60")] {
         let of = |threads: &str| {
-            let args = ["--width", width, "--threads", threads];
+            let args = ["--width", width, "--walks", "8", "--threads", threads];
             render(&folder, &furnace(), name, &args).quietly(0);
             std::fs::read(folder.path().join(name)).unwrap()
         };
@@ -159,7 +159,7 @@ fn a_furnace_has_one_colour() {
         sum.abs() < 4.0 * variance.sqrt() + rounding,
         "{sum} {variance}"
     );
-    let args = ["--width", "250", "--walks", "50", "--json"];
+    let args = ["--width", "250", "--walks", "4", "--json"];
     let json = render(&folder, &furnace(), "a.png", &args)
         .quietly(0)
         .json();
@@ -243,7 +243,13 @@ fn a_shadow_is_where_it_should_be() {
 #[test]
 fn what_is_no_room_is_blank() {
     let folder = Folder::new();
-    let ran = render(&folder, &furnace(), "a.csv", &["--width", "60", "--json"]).quietly(0);
+    let ran = render(
+        &folder,
+        &furnace(),
+        "a.csv",
+        &["--width", "60", "--walks", "1", "--json"],
+    )
+    .quietly(0);
     let json = ran.json();
     let rows = rows(&folder, "a.csv");
     // 60 by 30 pixels less 6 by 6 of the block, which pixels fit exactly.
@@ -255,7 +261,7 @@ fn what_is_no_room_is_blank() {
         assert!((0.0..2.0).contains(&x) && (0.0..1.0).contains(&y) && !in_block);
     }
     // White in the picture: in the block's middle, and in the corner of the page.
-    let args = ["--width", "400", "--json"];
+    let args = ["--width", "400", "--walks", "1", "--json"];
     let json = render(&folder, &furnace(), "a.png", &args)
         .quietly(0)
         .json();
@@ -420,7 +426,7 @@ fn a_global_estimate_serves_all_pixels() {
         mine.len()
     };
     assert!(both(&["--width", "40"], "400", [2, 3]) > 600);
-    assert!(both(&["--profile"], "2000", [4, 5]) > 500);
+    assert!(both(&["--profile"], "500", [4, 5]) > 500);
 }
 
 #[test]
@@ -455,7 +461,7 @@ fn the_errors_of_a_global_estimate_are_a_picture() {
         &folder,
         &grey(),
         "d.png",
-        &["--width", "300", "--errors", &own],
+        &["--width", "300", "--walks", "4", "--errors", &own],
     )
     .quietly(0);
     assert_eq!(decode(own.as_ref()).0, picture.0);

@@ -175,7 +175,7 @@ fn derivatives_on_a_sphere_have_their_closed_forms() {
         ];
         let solver = || {
             let solver = Solver::new(&u).at([theta, phi]).mean();
-            solver.walks(20_000).seed(5)
+            solver.walks(25_000).seed(5)
         };
         let point = format!("u({theta}, {phi})");
         let mut solvers = vec![solver(), solver().scalar(Scalar::F32)];

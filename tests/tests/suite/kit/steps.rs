@@ -57,9 +57,6 @@ impl<F: Real> Broken<F> {
 
 impl<F: Real> Neighbours for Broken<F, Channels<F, 3>> {
     fn offers(&self, offers: &mut Offers<'_, Self>) {
-        if !self.offers_all() && self.fault != Fault::StepIntegral {
-            return;
-        }
         let (integrals, v) = (self.integrals(), [1.0, 0.5, 0.8].map(F::from_f64));
         let v = v.repeat(CELLS);
         let tables = controlled(&v, &integrals);
