@@ -154,8 +154,8 @@ fn random(number: u64) -> String {
     file
 }
 
-/// Where one set of walks takes less than separate walks, it does so with its pilots; and these take a second and half as long again as an
-/// answer at most: they took 12 seconds for one of a second.
+/// Where one set of walks takes less than separate walks, it does so with its pilots; and these take half as long again as an answer of
+/// seconds at most, and a second more for a shorter one: they took 12 seconds for one of a second.
 #[test]
 fn pilots_of_separate_walks_end_where_one_set_is_better() {
     let folder = Folder::new();
@@ -171,6 +171,7 @@ fn pilots_of_separate_walks_end_where_one_set_is_better() {
         let (walks, pilots) = (of("predicted_walk_seconds"), of("predicted_pilot_seconds"));
         assert!(pilots + walks < of("predicted_separate_seconds"), "{split}");
         assert!(pilots < 1.0 + 1.5 * walks, "{split}");
+        assert!(walks < 1.0 || pilots < 1.5 * walks, "{split}");
     }
 }
 
