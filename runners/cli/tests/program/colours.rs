@@ -6,6 +6,9 @@ use crate::parts;
 const WEIGHTS: [f64; 3] = [0.2126, 0.7152, 0.0722];
 const WALKS: &str = "4096";
 
+/// A problem in all channels, or in one of them alone.
+type Problem = fn(Option<usize>) -> String;
+
 /// A box with walls of two colours, a lamp under its ceiling, and targets: channel `Some(c)` of it alone, or all.
 pub(crate) fn room(channel: Option<usize>) -> String {
     let of = |all: [f64; 3]| match channel {
@@ -108,7 +111,7 @@ over = "all"
 /// estimator.
 #[test]
 fn channels_agree_with_runs_of_their_own() {
-    let ways: [(fn(Option<usize>) -> String, &[&str], f64); 4] = [
+    let ways: [(Problem, &[&str], f64); 4] = [
         (room, &[], 0.1),
         (flat, &[], 1e-9),
         (flat, &["--pairs", "pointwise"], 1e-9),
@@ -124,7 +127,7 @@ fn channels_agree_with_runs_of_their_own() {
 }
 
 /// Compares with runs of a channel each; their v are the same but for so much.
-fn agree(room: fn(Option<usize>) -> String, options: &[&str], of_v: f64) {
+fn agree(room: Problem, options: &[&str], of_v: f64) {
     let folder = Folder::new();
     let file = folder.file("room.toml", room(None));
     let alone =
@@ -175,7 +178,7 @@ fn channels_have_the_same_bits_everywhere() {
     same_bits(flat);
 }
 
-fn same_bits(room: fn(Option<usize>) -> String) {
+fn same_bits(room: Problem) {
     let folder = Folder::new();
     let file = folder.file("room.toml", room(None));
     let [one, two] = ["1", "2"].map(|threads| {
