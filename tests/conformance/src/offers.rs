@@ -1,7 +1,5 @@
 //! The neighbour equations of a problem, each checked as it is handed in.
 
-use core::cell::RefCell;
-
 use fredholm_core::galerkin::{
     Cells, Coefficients, GalerkinMatrix, PairIntegral, Pairs, Piecewise, TransitionMoments,
 };
@@ -442,17 +440,14 @@ impl<'a, D: Description<B>, const B: usize> Offers<'a, D, B> {
         }
         // One neighbour equation is enough for the error bars.
         if !self.covered {
-            let run = |number: u64| {
-                let options = WalkOptions {
-                    seed: self.seed + 1000 * number,
-                    ..closely
-                };
-                check::run(&job(options), COVERAGE).swap_remove(0)
-            };
-            let outcomes = coverage(self.exact.as_ref().map(|u| u.get(0)), &run);
-            for outcome in outcomes {
-                self.push("coverage", &full, outcome);
-            }
+            let options = (0..check::COVERAGE_SEEDS).map(|s| WalkOptions {
+                seed: self.seed + 1000 * s,
+                ..closely
+            });
+            let runs: Vec<_> = options
+                .map(|options| check::run(&job(options), COVERAGE))
+                .collect();
+            self.coverage(&full, &runs);
         }
         self.covered = true;
         let trace = check::trace(full, &main, REPLAYED, floors[0]);
@@ -474,28 +469,25 @@ impl<'a, D: Description<B>, const B: usize> Offers<'a, D, B> {
         };
         (0..self.channels()).map(floor).collect()
     }
-}
 
-/// Whether error bars of a channel cover, of runs each of which is made once, when its number is first asked for.
-fn coverage(exact: Option<f64>, run: &dyn Fn(u64) -> Statistics) -> Vec<Outcome> {
-    let runs = RefCell::new(Vec::new());
-    let covers = |exact: f64, of: fn(&Statistics) -> Estimate| {
-        check::coverage(exact, |number| {
-            let mut runs = runs.borrow_mut();
-            while runs.len() as u64 <= number {
-                let next = run(runs.len() as u64);
-                runs.push(next);
-            }
-            let estimate = of(&runs[number as usize]);
-            (estimate.estimate, estimate.std_error.unwrap_or(f64::NAN))
-        })
-    };
-    match exact {
-        Some(u) => vec![
-            covers(u, Statistics::plain),
-            covers(u, Statistics::preconditioned),
-        ],
-        None => vec![covers(0.0, Statistics::control)],
+    /// Whether error bars of the first channel cover.
+    fn coverage(&mut self, name: &str, runs: &[Vec<Statistics>]) {
+        let covers = |exact: f64, of: fn(&Statistics) -> Estimate| {
+            check::coverage(exact, |run| {
+                let estimate = of(&runs[run as usize][0]);
+                (estimate.estimate, estimate.std_error.unwrap_or(f64::NAN))
+            })
+        };
+        let outcomes = match &self.exact {
+            Some(u) => vec![
+                covers(u.get(0), Statistics::plain),
+                covers(u.get(0), Statistics::preconditioned),
+            ],
+            None => vec![covers(0.0, Statistics::control)],
+        };
+        for outcome in outcomes {
+            self.push("coverage", name, outcome);
+        }
     }
 }
 

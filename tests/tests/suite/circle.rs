@@ -12,8 +12,8 @@ use fredholm_tests::examine;
 #[test]
 fn one_cell_is_a_partition_too() {
     for &seed in seeds() {
-        // The first of its functions is that of degree 0.
         let described = Described::<f64>::new(&[0.5], 1, LIGHT);
+        examine::<_, 1>(&described, seed).assert_passed("one cell");
         examine::<_, 5>(&described, seed).assert_passed("one cell of degree 4");
     }
 }

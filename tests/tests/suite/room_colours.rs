@@ -271,6 +271,7 @@ fn furnaces_in_colours() {
         }
         if long() || seed % 2 == 1 {
             check_in::<f32, 2>(seed);
+            check_in::<f64, 1>(seed);
         }
     }
 }

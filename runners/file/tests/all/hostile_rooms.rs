@@ -194,9 +194,8 @@ fn outlines() -> impl Strategy<Value = (Vec<[i8; 2]>, bool)> {
 
 /// The same cases every time; a hundred times as many with FREDHOLM_LONG in the environment.
 fn config() -> ProptestConfig {
-    let long = std::env::var_os("FREDHOLM_LONG").is_some();
     ProptestConfig {
-        cases: if long { 40_000 } else { 400 },
+        cases: if crate::is_long() { 40_000 } else { 400 },
         rng_seed: RngSeed::Fixed(1),
         failure_persistence: None,
         ..ProptestConfig::default()

@@ -4,24 +4,18 @@ use fredholm_core::{Chain, Equation, Located, NeighbourOf, Real, Value};
 
 use super::chain::follows;
 use super::neighbour::{Mean, mean_source};
-use super::{ROUNDING, STANDARD_ERRORS, draws, long, samples};
+use super::{ROUNDING, STANDARD_ERRORS, draws, samples};
 use crate::description::{Description, PointOf, epsilon};
 use crate::outcome::{Outcome, Worst};
 
 /// How many points a check looks at.
 const POINTS: usize = 24;
 
-/// Steps from each of them, four times as many with `FREDHOLM_LONG` in the environment. Of a v that varies by its own size over them
-/// their mean shows an error of 2 % of T_k v, and of 1 %.
-const STEPS: u32 = 16_384;
+/// Steps from each of them. Of a v that varies by its own size over them their mean shows an error of 1 % of T_k v.
+const STEPS: u32 = 65_536;
 
 /// Draws of G in each of them, which have less variance.
-const SOURCES: u32 = 4096;
-
-/// How many of them.
-fn many(number: u32) -> u32 {
-    if long() { 4 * number } else { number }
-}
+const SOURCES: u32 = 16_384;
 
 /// **The neighbour equation holds pointwise**: v(x) = (T_hp v)(x) + G(x), (50) of Heinrich 1995, at random x and in the mean
 /// over these, in every channel, where T_hp v is the mean over plain steps from x and G the mean of what is drawn for it. This is what
@@ -53,7 +47,7 @@ where
     for (number, x) in points.into_iter().enumerate() {
         let x = neighbour.locate(x.point);
         let value = neighbour.value(&x);
-        let sources = mean_source(neighbour, &x, seed + number as u64, many(SOURCES));
+        let sources = mean_source(neighbour, &x, seed + number as u64, SOURCES);
         let steps = mean_step(
             description,
             neighbour,
@@ -101,7 +95,7 @@ where
     let equation = description.equation();
     let mut means = vec![Mean::default(); equation.channels()];
     let mut brought = vec![0.0; means.len()];
-    for _ in 0..many(STEPS) {
+    for _ in 0..STEPS {
         brought.fill(0.0);
         if let Some(y) = equation.step(&x.point, uniforms) {
             let y = neighbour.locate(y);

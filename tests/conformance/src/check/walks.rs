@@ -205,38 +205,23 @@ pub fn statistics(
     worst.outcome()
 }
 
-/// How many estimates [`coverage`] asks for at most.
+/// How many estimates [`coverage`] asks for.
 pub const COVERAGE_SEEDS: u64 = 1000;
-
-/// How many of them it asks for first.
-const FIRST_SEEDS: u64 = COVERAGE_SEEDS / 4;
-
-/// Standard deviations of the first count beyond which it asks for all: one right problem in eight. Of error bars that are 20 % too
-/// small 883 intervals of 1,000 cover, and the first 250 of them are as near as that in one case of 100.
-const DOUBT: f64 = 1.5;
 
 /// **Error bars cover**: of 1,000 estimates (value and standard error, one for each seed) the
 /// intervals of 1.96 standard errors contain `exact` 950 times. That is binomial with standard
-/// deviation 6.9, of which [`STANDARD_ERRORS`] pass. If the first 250 leave no doubt, these are all, unless `FREDHOLM_LONG` is in the
-/// environment.
+/// deviation 6.9, of which [`STANDARD_ERRORS`] pass.
 #[must_use]
 pub fn coverage(exact: f64, estimate: impl Fn(u64) -> (f64, f64)) -> Outcome {
     let mut worst = Worst::new("standard errors", STANDARD_ERRORS);
-    let covers = |&seed: &u64| {
+    let covered = (0..COVERAGE_SEEDS).filter(|&seed| {
         let (estimate, std_error) = estimate(seed);
         (estimate - exact).abs() <= 1.96 * std_error
-    };
-    let deviation = |seeds: u64| (seeds as f64 * 0.95 * 0.05).sqrt();
-    let expected = |seeds: u64| 0.95 * seeds as f64;
-    let mut seeds = FIRST_SEEDS;
-    let mut covered = (0..seeds).filter(covers).count();
-    let off = (covered as f64 - expected(seeds)).abs();
-    if super::long() || off > DOUBT * deviation(seeds) {
-        covered += (seeds..COVERAGE_SEEDS).filter(covers).count();
-        seeds = COVERAGE_SEEDS;
-    }
-    worst.compare(expected(seeds), covered as f64, deviation(seeds), || {
-        format!("how many of {seeds} 95 % intervals contain {exact:e}")
+    });
+    let seeds = COVERAGE_SEEDS as f64;
+    let deviation = (seeds * 0.95 * 0.05).sqrt();
+    worst.compare(0.95 * seeds, covered.count() as f64, deviation, || {
+        format!("how many of {COVERAGE_SEEDS} 95 % intervals contain {exact:e}")
     });
     worst.outcome()
 }

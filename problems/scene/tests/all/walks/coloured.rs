@@ -103,6 +103,9 @@ fn furnaces_in_colours() {
         if by_turns(number, 1) {
             check_in::<f32, 6>(which);
         }
+        if by_turns(number, 2) {
+            check_in::<f64, 1>(which);
+        }
     }
 }
 

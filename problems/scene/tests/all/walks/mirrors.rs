@@ -29,6 +29,9 @@ fn furnaces_have_mirrors() {
         if by_turns(number, 1) {
             check_in::<f32, 6>(which);
         }
+        if by_turns(number, 2) {
+            check_in::<f64, 1>(which);
+        }
     }
 }
 

@@ -21,11 +21,7 @@ pub(super) fn exact(text: &str) -> Vec<f64> {
 pub(super) fn agrees(text: &str, known: &[f64], error: f64) {
     let resolved = good(text).resolve().unwrap();
     let mut compared = 0;
-    let seeds = if std::env::var_os("FREDHOLM_LONG").is_some() {
-        5
-    } else {
-        2
-    };
+    let seeds = if crate::is_long() { 5 } else { 2 };
     for seed in 1..=seeds {
         let mut solver = Solver::new(resolved.model.model()).seed(seed);
         for target in &resolved.targets {

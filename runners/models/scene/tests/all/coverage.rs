@@ -2,6 +2,7 @@
 //!
 //! `FREDHOLM_LONG=1`: 1,000 seeds on 120 cells; else 12 on 60. `--nocapture` prints the shares.
 
+use crate::is_long;
 use fredholm_core::{Absorption, Batch, Estimate, Estimator};
 use fredholm_model::{Goal, Model, Request, Scalar, Settings, WalkOptions, Wanted};
 use fredholm_scene_model::{Enclosure, Material, NamedSurface, SceneModel, shapes};
@@ -40,11 +41,7 @@ fn is_covered(estimate: Estimate, exact: f64) -> bool {
 
 #[test]
 fn intervals_contain_the_exact_value() {
-    let seeds = if std::env::var_os("FREDHOLM_LONG").is_some() {
-        1000
-    } else {
-        12
-    };
+    let (seeds, cells) = if is_long() { (1000, 120) } else { (12, 60) };
     let room = || shapes::room([0.0; 3], [1.0; 3]);
     let blocks = shapes::block([0.15, 0.15, 0.02], [0.45, 0.45, 0.6])
         .and(shapes::block([0.55, 0.5, 0.02], [0.85, 0.8, 0.3]));
@@ -56,7 +53,7 @@ fn intervals_contain_the_exact_value() {
     ];
     for (name, (model, exact)) in &scenes {
         let settings = Settings {
-            cells: Some(if seeds > 12 { 120 } else { 60 }),
+            cells: Some(cells),
             degree: Some(1),
             ..Settings::default()
         };

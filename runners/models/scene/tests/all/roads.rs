@@ -1,5 +1,6 @@
 //! One channel, several, the way back, global estimates and pictures answer the same questions alike.
 
+use crate::is_long;
 use fredholm_core::global::{Replicate, ReplicateCounts, over_replicates};
 use fredholm_core::{Absorption, Batch, Estimate, Estimator};
 use fredholm_model::channels::ChannelNames;
@@ -15,10 +16,6 @@ use fredholm_scene_model::{
 /// Walks of each estimate: with `FREDHOLM_LONG` 16,000.
 fn walks() -> u64 {
     if is_long() { 16_000 } else { 8000 }
-}
-
-fn is_long() -> bool {
-    std::env::var_os("FREDHOLM_LONG").is_some()
 }
 
 /// A room with a block and a small lamp on the ceiling, and its floor black: every reflectance times a number.
